@@ -1,0 +1,144 @@
+"""What can touch: bodies that ride on a link of every positioner, and obstacles fixed to the focal plane.
+
+A body is a rounded shape: one point is a disc, two or more an open line of capsules, and a closed outline is filled. A
+category says what it is (usually its height) and `meets` what it can touch; two bodies can touch if either meets the
+other. Closed outlines are cut into convex pieces once, here.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiberplan.errors import InstrumentError
+
+ARM = "arm"
+LINKS = {"base": 0, "alpha": 1, "beta": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rounded shape on one link of every positioner.
+
+    Raises:
+        InstrumentError: a shape with no points, a negative radius, or values that are not finite.
+    """
+
+    points: np.ndarray  #: (k, 2) shared by all positioners or (n, k, 2), in the frame of the link [mm]
+    radius: float | np.ndarray  #: rounding, shared or (n,) [mm]
+    link: str = "beta"  #: "base", "alpha" (origin at the base) or "beta" (origin at the elbow)
+    closed: bool = False  #: a filled outline rather than a line
+    category: str = ARM
+    meets: tuple[str, ...] | None = (ARM,)  #: None meets everything
+    name: str = ARM
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", _points(self.points, self.name, (2, 3)))
+        radius = np.array(self.radius, float)
+        if radius.ndim > 1 or not np.all(np.isfinite(radius) & (radius >= 0)):
+            raise InstrumentError(f"body '{self.name}': radius {self.radius} is not a length of 0 mm or more")
+        radius.setflags(write=False)
+        object.__setattr__(self, "radius", radius)
+        if self.link not in LINKS:
+            raise InstrumentError(f"body '{self.name}': link '{self.link}' is none of {', '.join(LINKS)}")
+
+    def pieces(self, i: int) -> list[np.ndarray]:
+        """Convex pieces of positioner `i`'s body, each (k, 2) [mm]."""
+        return convex_pieces(self.points[i] if self.points.ndim == 3 else self.points, self.closed)
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """A rounded shape fixed to the focal plane: a fiducial, a guide camera, a petal edge.
+
+    Raises:
+        InstrumentError: as for `Body`.
+    """
+
+    name: str
+    points: np.ndarray  #: (k, 2) in focal-plane coordinates [mm]
+    radius: float = 0.0  #: [mm]
+    closed: bool = False
+    category: str = "obstacle"
+    meets: tuple[str, ...] | None = None  #: None meets everything
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", _points(self.points, self.name, (2,)))
+        if not (np.isfinite(self.radius) and self.radius >= 0):
+            raise InstrumentError(f"obstacle '{self.name}': radius {self.radius} is not a length of 0 mm or more")
+
+    def pieces(self) -> list[np.ndarray]:
+        """Convex pieces, each (k, 2) [mm]."""
+        return convex_pieces(self.points, self.closed)
+
+
+def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.ndarray:
+    """`points` as a read-only float array of one of the given dimensions, the last of size 2."""
+    array = np.array(points, float)
+    if array.ndim not in dimensions or array.shape[-1] != 2 or array.shape[-2] == 0 or not np.all(np.isfinite(array)):
+        raise InstrumentError(f"'{name}': points must be finite and of shape (k, 2), got shape {array.shape}")
+    array.setflags(write=False)
+    return array
+
+
+def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
+    """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline."""
+    if len(points) == 1 or (len(points) == 2):
+        return [points]
+    if not closed:
+        return [points[k : k + 2] for k in range(len(points) - 1)]
+    if _area(points) < 0:
+        points = points[::-1]
+    return [points] if _is_convex(points) else _triangles(points)
+
+
+def _area(outline: np.ndarray) -> float:
+    """Signed area of an outline, positive counter-clockwise [mm^2]."""
+    x, y = outline.T
+    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+
+
+def _turns(outline: np.ndarray) -> np.ndarray:
+    """Cross product of the edges before and after each vertex: positive where a counter-clockwise outline is convex."""
+    before = outline - np.roll(outline, 1, axis=0)
+    after = np.roll(outline, -1, axis=0) - outline
+    return before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+
+
+def _is_convex(outline: np.ndarray) -> bool:
+    """Whether a counter-clockwise outline turns left only, and only once around."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    headings = np.arctan2(edges[:, 1], edges[:, 0])
+    turned = np.sum((np.roll(headings, -1) - headings + np.pi) % (2 * np.pi) - np.pi)
+    return bool(np.all(_turns(outline) >= 0) and abs(turned - 2 * np.pi) < 1e-6)
+
+
+def _triangles(outline: np.ndarray) -> list[np.ndarray]:
+    """A simple counter-clockwise outline cut into triangles by clipping ears.
+
+    Raises:
+        InstrumentError: the outline crosses itself, so it has no inside.
+    """
+    rest = outline
+    triangles = []
+    while len(rest) > 3:
+        for k in np.flatnonzero(_turns(rest) > 0):
+            ear = rest[[k - 1, k, (k + 1) % len(rest)]]
+            others = np.delete(rest, [k - 1 if k else len(rest) - 1, k, (k + 1) % len(rest)], axis=0)
+            if not np.any(_inside(ear, others)):
+                triangles.append(ear)
+                rest = np.delete(rest, k, axis=0)
+                break
+        else:
+            flat = np.flatnonzero(_turns(rest) == 0)
+            if not len(flat):
+                raise InstrumentError("a closed outline crosses itself")
+            rest = np.delete(rest, flat[0], axis=0)
+    return [*triangles, rest]
+
+
+def _inside(triangle: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points lie in or on a counter-clockwise triangle; its own corners, repeated, do not count."""
+    inside = ~np.any(np.all(points[:, None] == triangle[None], axis=2), axis=1)
+    for a, b in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
+        inside &= (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0]) >= 0
+    return inside

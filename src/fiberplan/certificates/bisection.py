@@ -1,0 +1,260 @@
+"""Lower bounds of a pair's clearance over time, and the bisection that makes them sharp.
+
+Two bounds, both over a whole interval from one evaluation in it. First order, across any knots: clearance changes by
+no more than the arms move. Second order, between knots, where joint speeds are constant: along a fixed axis, the gap
+between two body points is g + g' t up to A t^2 / 2, A bounding their relative acceleration. The minimum is taken over
+*every* pair of vertices of two convex pieces: the closest pair alone would be unsound, since another may close faster.
+The axis only decides how sharp the bound is, never whether it holds.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.kernels.arms import acceleration, frame, motion, vertex
+from fiberplan.kernels.clearance import frames_clearance, meet, piece_to_piece
+from fiberplan.kernels.compile import kernel
+
+ROUNDING = 1e-9  # [mm] taken off every bound for floating-point rounding
+FLOOR = 1e-7  # [s] shorter intervals are not split
+_DEPTH = 256
+_MOST_EVALUATIONS = 50_000  # per pair; a pair that needs more is undecided
+
+
+KNOT = np.dtype(
+    [
+        ("time", "f8"),  # [s]
+        ("alpha", "f8"),  # [rad]
+        ("beta", "f8"),
+        ("travelled", "f8"),  # motion bound since the first knot [mm]
+        ("speed", "f8"),  # largest speed of any body point until the next knot [mm/s]
+    ],
+    align=True,
+)
+
+
+class Motion(NamedTuple):
+    """A trajectory as the kernels take it."""
+
+    offsets: np.ndarray  # (n + 1,)
+    knots: np.ndarray  # (k,) KNOT
+    duration: float  # [s]
+
+
+@kernel
+def measure(arms, offsets, knots):
+    """Fill in how far each positioner has travelled at each knot, and its speed until the next."""
+    for i in range(len(offsets) - 1):
+        for k in range(offsets[i], offsets[i + 1] - 1):
+            here, after = knots[k], knots[k + 1]
+            step = motion(arms, i, after.alpha - here.alpha, after.beta - here.beta)
+            after.travelled = here.travelled + step
+            here.speed = step / (after.time - here.time)
+
+
+@kernel
+def _last_knot(path, i, t):
+    """Index of the last knot of positioner i at or before t, or its first knot."""
+    lo, hi = path.offsets[i], path.offsets[i + 1]
+    while hi - lo > 1:
+        mid = (lo + hi) // 2
+        if path.knots[mid].time <= t:
+            lo = mid
+        else:
+            hi = mid
+    return lo
+
+
+@kernel
+def _state(path, i, t):
+    """(alpha, beta, their speeds, motion bound so far) of arm i at time t; an obstacle rests at zero."""
+    if i >= len(path.offsets) - 1:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    k = _last_knot(path, i, t)
+    here = path.knots[k]
+    if k + 1 == path.offsets[i + 1] or t < here.time:
+        return here.alpha, here.beta, 0.0, 0.0, here.travelled
+    after = path.knots[k + 1]
+    span, dt = after.time - here.time, t - here.time
+    va, vb = (after.alpha - here.alpha) / span, (after.beta - here.beta) / span
+    far = here.travelled + (after.travelled - here.travelled) * (dt / span)
+    return here.alpha + va * dt, here.beta + vb * dt, va, vb, far
+
+
+@kernel
+def _knot_near_middle(path, i, t0, t1, middle):
+    """Knot time of arm i strictly within (t0, t1) that is nearest to the middle, or NaN."""
+    if i >= len(path.offsets) - 1:
+        return np.nan
+    k = _last_knot(path, i, middle)
+    best = np.nan
+    for m in range(k, min(k + 2, path.offsets[i + 1])):
+        t = path.knots[m].time
+        if t0 < t < t1 and not (abs(t - middle) >= abs(best - middle)):
+            best = t
+    return best
+
+
+@kernel
+def _top_speed(path, i, t0, t1):
+    """Largest speed of any body point of arm i between t0 and t1 [mm/s]."""
+    if i >= len(path.offsets) - 1:
+        return 0.0
+    top = 0.0
+    for k in range(_last_knot(path, i, t0), path.offsets[i + 1]):
+        if path.knots[k].time > t1:
+            break
+        top = max(top, path.knots[k].speed)
+    return top
+
+
+@kernel
+def _vertex_speed_along(arms, frame_, va, vb, link, x, y, nx, ny):
+    """Speed along the axis n of a body point at (x, y) on `link`, at joint speeds va, vb [mm/s]."""
+    bx, by, ex, ey, c1, s1, c2, s2 = frame_
+    if link == 2:
+        elbow = va * ((ex - bx) * ny - (ey - by) * nx)
+        return elbow + (va + vb) * ((x - ex) * ny - (y - ey) * nx)
+    if link == 1:
+        return va * ((x - bx) * ny - (y - by) * nx)
+    return 0.0
+
+
+@kernel
+def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h):
+    """Clearance now, and a lower bound of it within +-h [s] of now at constant joint speeds [mm]."""
+    bend = 0.5 * h * h * (acceleration(arms, i, va_i, vb_i) + acceleration(arms, j, va_j, vb_j))
+    now, bound = np.inf, np.inf
+    for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+        for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
+            if not meet(arms, p, q):
+                continue
+            d2, wx, wy = piece_to_piece(arms, frame_i, p, frame_j, q)
+            radii = arms.piece[p].radius + arms.piece[q].radius
+            distance = np.sqrt(d2)
+            now = min(now, distance - radii) if not np.isnan(distance) else distance
+            if not (distance > 0.0):
+                bound = min(bound, -radii)  # saturated: nothing is less
+                continue
+            nx, ny = wx / distance, wy / distance
+            # over linear motions the least gap is at an end of the interval, and there it is the least of one
+            # piece's points less the greatest of the other's
+            late_p, early_p, late_q, early_q = -np.inf, -np.inf, np.inf, np.inf
+            for k in range(arms.piece[p].first, arms.piece[p].last):
+                x, y = vertex(arms, frame_i, arms.piece[p].link, k)
+                along = x * nx + y * ny
+                drift = h * _vertex_speed_along(arms, frame_i, va_i, vb_i, arms.piece[p].link, x, y, nx, ny)
+                late_p, early_p = max(late_p, along + drift), max(early_p, along - drift)
+            for k in range(arms.piece[q].first, arms.piece[q].last):
+                x, y = vertex(arms, frame_j, arms.piece[q].link, k)
+                along = x * nx + y * ny
+                drift = h * _vertex_speed_along(arms, frame_j, va_j, vb_j, arms.piece[q].link, x, y, nx, ny)
+                late_q, early_q = min(late_q, along + drift), min(early_q, along - drift)
+            bound = min(bound, max(-radii, min(late_q - late_p, early_q - early_p) - bend - radii))
+    return now, bound - ROUNDING
+
+
+@kernel
+def interval_bound(arms, path, i, j, t0, t1, jitter, error):
+    """Look at a pair once in [t0, t1].
+
+    Returns:
+        (the time looked at, effective clearance then, its lower bound over all of [t0, t1]) [s, mm, mm]. Effective
+        clearance is the clearance less what clock jitter [s] and the two position errors (their sum `error` [mm]) can
+        take away: both speeds, the largest within the jitter of the moment, times the jitter.
+    """
+    t = 0.5 * (t0 + t1)
+    knot_i, knot_j = _knot_near_middle(path, i, t0, t1, t), _knot_near_middle(path, j, t0, t1, t)
+    smooth = np.isnan(knot_i) and np.isnan(knot_j)
+    if not smooth:
+        t = knot_i if not (abs(knot_j - t) <= abs(knot_i - t)) and not np.isnan(knot_i) else knot_j
+    a_i, b_i, va_i, vb_i, far_i = _state(path, i, t)
+    a_j, b_j, va_j, vb_j, far_j = _state(path, j, t)
+    frame_i, frame_j = frame(arms, i, a_i, b_i), frame(arms, j, a_j, b_j)
+    if smooth:
+        now, bound = constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, 0.5 * (t1 - t0))
+    else:
+        now, bound = frames_clearance(arms, i, frame_i, j, frame_j), -np.inf
+    _, _, _, _, begin_i = _state(path, i, t0)
+    _, _, _, _, begin_j = _state(path, j, t0)
+    _, _, _, _, end_i = _state(path, i, t1)
+    _, _, _, _, end_j = _state(path, j, t1)
+    moved = max(far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j)
+    bound = max(bound, now - moved - ROUNDING)
+    pad_now = pad = error
+    if jitter > 0.0:
+        pad_now += jitter * (_top_speed(path, i, t - jitter, t + jitter) + _top_speed(path, j, t - jitter, t + jitter))
+        pad += jitter * (_top_speed(path, i, t0 - jitter, t1 + jitter) + _top_speed(path, j, t0 - jitter, t1 + jitter))
+    return t, now - pad_now, bound - pad
+
+
+@kernel
+def closest(arms, path, i, j, margin, jitter, error, tolerance, cap):
+    """Bounds of the smallest effective clearance of a pair over the whole motion.
+
+    Returns:
+        (lower, upper, time of upper). Lower is proven, upper was seen. They differ by at most `tolerance` [mm], unless
+        both exceed `cap` [mm], where no more is asked; near the margin they are pushed apart from it as far as time
+        resolves. Lower is -inf if that took too long.
+    """
+    starts, ends = np.empty(_DEPTH), np.empty(_DEPTH)
+    starts[0], ends[0], depth = 0.0, path.duration, 1
+    lower, upper, when = np.inf, np.inf, 0.0
+    for _ in range(_MOST_EVALUATIONS):
+        if depth == 0:
+            return lower, upper, when
+        depth -= 1
+        t0, t1 = starts[depth], ends[depth]
+        t, now, bound = interval_bound(arms, path, i, j, t0, t1, jitter, error)
+        if np.isnan(now):
+            return -np.inf, now, t
+        if now < upper:
+            upper, when = now, t
+        wanted = min(cap, upper - tolerance)
+        if upper > margin:
+            wanted = max(wanted, min(margin, upper))
+        if bound >= wanted or t1 - t0 < FLOOR:
+            lower = min(lower, bound)
+            continue
+        if depth + 2 > _DEPTH:
+            return -np.inf, upper, when
+        starts[depth], ends[depth] = t, t1
+        starts[depth + 1], ends[depth + 1] = t0, t
+        depth += 2
+    return -np.inf, upper, when
+
+
+@kernel
+def first_crossing(arms, path, i, j, margin, jitter, error, known):
+    """Earliest time [s] from which the margin could not be shown to hold, given a time at which it does not."""
+    starts, ends = np.empty(_DEPTH), np.empty(_DEPTH)
+    starts[0], ends[0], depth = 0.0, known, 1
+    for _ in range(_MOST_EVALUATIONS):
+        if depth == 0:
+            return known
+        depth -= 1
+        t0, t1 = starts[depth], ends[depth]
+        t, now, bound = interval_bound(arms, path, i, j, t0, t1, jitter, error)
+        if bound >= margin:
+            continue
+        if not (now >= margin):
+            depth, known = 0, t  # nothing later matters
+        if t1 - t0 < FLOOR or depth + 2 > _DEPTH:
+            return t0
+        if now >= margin:
+            starts[depth], ends[depth] = t, t1
+            depth += 1
+        starts[depth], ends[depth] = t0, t
+        depth += 1
+    return known
+
+
+@kernel
+def judge(arms, path, pairs, errors, margin, jitter, tolerance, cap):
+    """Per pair of arms: (proven lower bound, smallest seen, time seen), effective clearances [mm, mm, s]."""
+    out = np.empty((len(pairs), 3))
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        low, high, when = closest(arms, path, i, j, margin, jitter, errors[i] + errors[j], tolerance, cap)
+        out[k, 0], out[k, 1], out[k, 2] = low, high, when
+    return out

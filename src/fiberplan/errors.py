@@ -1,0 +1,37 @@
+"""What can go wrong, with the facts attached.
+
+A user's mistake is a ``FiberplanError``: one line that names the file, row, column and value. A positioner that
+cannot arrive is not an error but an outcome (see `fiberplan.plan.Outcome`).
+"""
+
+
+class FiberplanError(Exception):
+    """Base of every error that a user's input can cause; its text is one line."""
+
+
+class InstrumentError(FiberplanError):
+    """An instrument name, file or value that cannot be used."""
+
+
+class TargetError(FiberplanError):
+    """A table of targets that cannot be used."""
+
+
+class ProblemError(FiberplanError):
+    """A start or goal that no plan can begin or end with.
+
+    Attributes:
+        positioners: indices of the positioners the message is about.
+    """
+
+    def __init__(self, message: str, positioners: tuple[int, ...] = ()):
+        super().__init__(message)
+        self.positioners = positioners
+
+
+class PlanError(FiberplanError):
+    """A plan file that cannot be read or written."""
+
+
+class TrajectoryError(FiberplanError):
+    """Knots that do not make a trajectory."""

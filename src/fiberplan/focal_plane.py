@@ -1,0 +1,319 @@
+"""A focal plane: an array of positioners, what they can touch, and what stands fixed between them.
+
+A positioner turns alpha about its base and beta about its elbow; beta is measured from the alpha link, so pi is folded.
+Angles here are commanded ones: geometry adds each positioner's zero offsets (and the rotation of its frame, which is
+part of them). Lengths in mm, angles in rad, times in s.
+"""
+
+import dataclasses
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.bodies import LINKS, Body, Obstacle
+from fiberplan.errors import InstrumentError
+from fiberplan.kernels.arms import ARM, PIECE, Arms
+from fiberplan.kernels.clearance import clearances
+from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
+
+TURN = 2 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class FocalPlane:
+    """An array of two-joint positioners with obstacles.
+
+    Raises:
+        InstrumentError: a duplicate id, a value that is not finite, a reversed joint range, a speed that is not
+            positive, or a folded state outside its range; the message names the positioner.
+    """
+
+    ids: tuple[str, ...]
+    base: np.ndarray  #: (n, 2) alpha axes [mm]
+    length: np.ndarray  #: (n,) base to elbow [mm]
+    fiber_offsets: Mapping[str, np.ndarray]  #: name -> (n, 2) in the beta link's frame [mm]; the first is the default
+    folded: np.ndarray  #: (n, 2) the park state, commanded [rad]
+    lower: np.ndarray  #: (n, 2) joint ranges, commanded [rad]
+    upper: np.ndarray  #: (n, 2) [rad]
+    max_speed: np.ndarray  #: (n, 2) [rad/s]
+    bodies: tuple[Body, ...]
+    obstacles: tuple[Obstacle, ...] = ()
+    zero: np.ndarray = None  # type: ignore[assignment]  #: (n, 2) added to commanded angles [rad]; zeros unless given
+    online: np.ndarray = None  # type: ignore[assignment]  #: (n,) False: cannot move; all True unless given
+    name: str = "unnamed"
+    pair_margin: float = 5.0  #: pairs that could come within this of each other are neighbours [mm]
+    notes: tuple[str, ...] = field(default=())  #: assumptions and sources worth printing beside a plan
+
+    def __post_init__(self) -> None:
+        n = len(self.ids)
+        defaults = {"zero": np.zeros((n, 2)), "online": np.ones(n, bool)}
+        shapes = {"base": (n, 2), "length": (n,), "folded": (n, 2), "lower": (n, 2), "upper": (n, 2)}
+        shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)}
+        for name, shape in shapes.items():
+            value = getattr(self, name)
+            value = read_only(defaults[name] if value is None else value, bool if name == "online" else np.float64)
+            if value.shape != shape:
+                raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "ids", tuple(str(i) for i in self.ids))
+        offsets = {name: read_only(np.broadcast_to(value, (n, 2))) for name, value in self.fiber_offsets.items()}
+        object.__setattr__(self, "fiber_offsets", offsets)
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        self._validate()
+
+    def _validate(self) -> None:
+        if not self.n:
+            raise InstrumentError(f"{self.name}: no positioners")
+        if len(self.index) < self.n:
+            twice = next(id_ for i, id_ in enumerate(self.ids) if self.index[id_] != i)
+            rows = [i for i, id_ in enumerate(self.ids) if id_ == twice]
+            raise InstrumentError(f"{self.name}: positioner id '{twice}' appears twice (rows {rows[0]} and {rows[1]})")
+        if not self.fiber_offsets:
+            raise InstrumentError(f"{self.name}: no fiber is given")
+        for name in ("base", "length", "zero", "folded"):
+            self._refuse(~np.isfinite(getattr(self, name)), name, "is not a finite number")
+        for name, value in self.fiber_offsets.items():
+            self._refuse(~np.isfinite(value), f"fiber '{name}'", "is not a finite number", value)
+        self._refuse(~(self.length >= 0), "length", "is negative")
+        self._refuse(~(self.lower <= self.upper), "lower", "is above the upper end of the joint's range")
+        self._refuse(~(np.isfinite(self.max_speed) & (self.max_speed > 0)), "max_speed", "is not a positive speed")
+        outside = ~((self.folded >= self.lower) & (self.folded <= self.upper))
+        self._refuse(outside, "folded", "lies outside the joint's range")
+
+    def _refuse(self, bad: np.ndarray, name: str, complaint: str, values: np.ndarray | None = None) -> None:
+        """Raise for the first True of `bad`, naming its positioner and value."""
+        if not np.any(bad):
+            return
+        i, *column = np.argwhere(bad)[0]
+        value = (getattr(self, name) if values is None else values)[(i, *column)]
+        shown = f"{value:.6g} mm"
+        axis = ("x ", "y ")[column[0]] if column else ""
+        if name in ("zero", "folded", "lower", "max_speed"):
+            shown = f"{np.degrees(value):.6g} deg{'/s' if name == 'max_speed' else ''}"
+            axis = ("alpha ", "beta ")[column[0]]
+        raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': {axis}{name} {shown} {complaint}")
+
+    @property
+    def n(self) -> int:
+        """Number of positioners."""
+        return len(self.ids)
+
+    @property
+    def fiber(self) -> np.ndarray:
+        """(n, 2) default fiber in the beta link's frame [mm]."""
+        return next(iter(self.fiber_offsets.values()))
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Positioner id -> index."""
+        return {id_: i for i, id_ in enumerate(self.ids)}
+
+    def replace(self, **changes: Any) -> "FocalPlane":
+        """The same focal plane with some fields changed."""
+        return dataclasses.replace(self, **changes)
+
+    def links(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Directions of both links (n,) [rad] at commanded `angles` (n, 2) [rad]."""
+        first = angles[:, 0] + self.zero[:, 0]
+        return first, first + angles[:, 1] + self.zero[:, 1]
+
+    def elbows(self, angles: np.ndarray) -> np.ndarray:
+        """Elbow positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]."""
+        first, _ = self.links(angles)
+        return self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
+
+    def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
+        """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
+
+        Raises:
+            InstrumentError: no fiber of that name.
+        """
+        if fiber is not None and fiber not in self.fiber_offsets:
+            raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
+        offset = self.fiber if fiber is None else self.fiber_offsets[fiber]
+        _, second = self.links(angles)
+        c, s = np.cos(second), np.sin(second)
+        turned = np.stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1)
+        return self.elbows(angles) + turned
+
+    @cached_property
+    def arms(self) -> Arms:
+        """The kernels' view: positioners, then obstacles (arm n + k is obstacle k)."""
+        return self._compiled[0]
+
+    @cached_property
+    def _compiled(self) -> tuple[Arms, np.ndarray]:
+        return _compile_arms(self)
+
+    @cached_property
+    def pairs(self) -> np.ndarray:
+        """(m, 2) positioners that could come within `pair_margin` of each other, sorted."""
+        return self.pairs_within(self.pair_margin)
+
+    @cached_property
+    def obstacle_pairs(self) -> np.ndarray:
+        """(m, 2) positioner and obstacle number that could come within `pair_margin` of each other."""
+        return self.obstacle_pairs_within(self.pair_margin)
+
+    def pairs_within(self, gap: float) -> np.ndarray:
+        """(m, 2) positioners whose bodies could come within `gap` [mm], in O(n)."""
+        return read_only(neighbour_pairs(self.base, self.reach, float(gap)), np.int64)
+
+    def obstacle_pairs_within(self, gap: float) -> np.ndarray:
+        """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
+        boxes = [
+            [*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles
+        ]
+        box = read_only(np.array(boxes, float).reshape(-1, 4))
+        return read_only(box_pairs(self.base, self.reach, box, float(gap)), np.int64)
+
+    def arm_pairs_within(self, gap: float) -> np.ndarray:
+        """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
+        obstacle = self.obstacle_pairs_within(gap) + np.array([0, self.n])
+        return read_only(np.concatenate([self.pairs_within(gap), obstacle]), np.int64)
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """(n,) farthest that any body point can be from the base, radii included [mm]."""
+        return self._compiled[1]
+
+    def with_obstacles(self, angles: np.ndarray) -> np.ndarray:
+        """`angles` (n, 2) followed by zeros for the obstacles, as the kernels take them."""
+        return read_only(np.concatenate([np.asarray(angles, float), np.zeros((len(self.obstacles), 2))]))
+
+    def clearance(self, angles: np.ndarray) -> np.ndarray:
+        """(m,) clearance of each of `pairs` [mm] at commanded `angles` (n, 2) [rad]; NaN where an angle is."""
+        return clearances(self.arms, self.with_obstacles(angles), self.pairs)
+
+    @staticmethod
+    def load(name_or_path: str | os.PathLike) -> "FocalPlane":
+        """A named instrument (see ``fiberplan instruments``), or one from a file or folder.
+
+        Raises:
+            InstrumentError: no such instrument or file, or one that cannot be used.
+        """
+        from fiberplan.instruments import load  # instruments build focal planes, so they import this module
+
+        return load(name_or_path)
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Write the whole focal plane as FITS tables, which `load` reads back exactly.
+
+        Raises:
+            InstrumentError: the file cannot be written.
+        """
+        from fiberplan.instruments.tables import write
+
+        write(self, path)
+
+    @classmethod
+    def hexagonal(
+        cls,
+        rings: int,
+        pitch: float,
+        lengths: tuple[float, float] = (7.4, 15.0),
+        radius: float = 1.5,
+        max_speed: float | Sequence[float] = np.radians(30.0),
+        lower: Sequence[float] = (0.0, 0.0),
+        upper: Sequence[float] = (TURN, np.pi),
+        folded: Sequence[float] = (0.0, np.pi),
+        name: str = "hexagonal",
+        bodies: Sequence[Body] | None = None,
+    ) -> "FocalPlane":
+        """A filled hexagon of 1 + 3 rings (rings + 1) equal positioners, numbered row by row from the lowest y.
+
+        Rows run along x, `pitch` [mm] apart within a row; ids are R<row>C<column> counted from the middle row and from
+        the left. Each beta arm is one capsule of `radius` [mm] from elbow to fiber unless `bodies` are given.
+
+        Raises:
+            InstrumentError: rings below 0, or values that make no focal plane.
+        """
+        if rings < 0 or not pitch > 0:
+            raise InstrumentError(f"a hexagon needs rings >= 0 and pitch > 0, got {rings} and {pitch}")
+        ids, base = hexagonal_grid(rings, pitch)
+        n = len(ids)
+        if bodies is None:
+            bodies = (Body(np.array([[0.0, 0.0], [lengths[1], 0.0]]), radius),)
+        return cls(
+            ids=ids,
+            base=base,
+            length=np.full(n, float(lengths[0])),
+            fiber_offsets={"fiber": np.array([lengths[1], 0.0])},
+            folded=np.tile(np.asarray(folded, float), (n, 1)),
+            lower=np.tile(np.asarray(lower, float), (n, 1)),
+            upper=np.tile(np.asarray(upper, float), (n, 1)),
+            max_speed=np.tile(np.broadcast_to(np.asarray(max_speed, float), 2), (n, 1)),
+            bodies=tuple(bodies),
+            name=name,
+        )
+
+
+def hexagonal_grid(rings: int, pitch: float) -> tuple[tuple[str, ...], np.ndarray]:
+    """Ids (R+1C3: row, column) and positions (n, 2) [mm] of a filled hexagon, row by row from the lowest y."""
+    ids, base = [], []
+    for row in range(-rings, rings + 1):
+        count = 2 * rings + 1 - abs(row)
+        for column in range(count):
+            ids.append(f"R{row:+d}C{column + 1}" if row else f"R0C{column + 1}")
+            base.append(((column - (count - 1) / 2) * pitch, row * pitch * np.sqrt(3) / 2))
+    return tuple(ids), np.array(base)
+
+
+def _compile_arms(plane: FocalPlane) -> tuple[Arms, np.ndarray]:
+    """Bodies and obstacles as the kernels' arrays, and each positioner's whole reach with radii (n,) [mm]."""
+    n, count = plane.n, plane.n + len(plane.obstacles)
+    bits = {name: 1 << k for k, name in enumerate(_categories(plane))}
+    if len(bits) > 62:
+        raise InstrumentError(f"{plane.name}: {len(bits)} body categories, at most 62 are possible")
+    everything = (1 << 62) - 1
+
+    pieces: list[tuple[int, float, int, int, int, int]] = []
+    vertices: list[np.ndarray] = []
+    used = 0
+
+    def add(shape: list[np.ndarray], link: int, radius: float, body: Body | Obstacle) -> None:
+        nonlocal used
+        meets = everything if body.meets is None else sum(bits.get(name, 0) for name in set(body.meets))
+        for piece in shape:
+            pieces.append((link, radius, bits[body.category], meets, used, used + len(piece)))
+            vertices.append(piece)
+            used += len(piece)
+
+    arm = np.zeros(count, ARM)
+    arm["x"][:n], arm["y"][:n], arm["length"][:n] = *plane.base.T, plane.length
+    arm["alpha_zero"][:n], arm["beta_zero"][:n] = plane.zero.T
+    shared = [b.pieces(0) if b.points.ndim == 2 else None for b in plane.bodies]
+    extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in plane.bodies]
+    reach = np.zeros(n)
+    for body, extent in zip(plane.bodies, extents, strict=True):
+        name = {"alpha": "reach_alpha", "beta": "reach_beta"}.get(body.link)
+        if name is not None:
+            arm[name][:n] = np.maximum(arm[name][:n], extent)
+        reach = np.maximum(reach, extent + body.radius + (plane.length if body.link == "beta" else 0.0))
+    for i in range(n):
+        arm["first_piece"][i] = len(pieces)
+        for body, shape in zip(plane.bodies, shared, strict=True):
+            radius = float(body.radius if np.ndim(body.radius) == 0 else body.radius[i])
+            add(body.pieces(i) if shape is None else shape, LINKS[body.link], radius, body)
+        arm["last_piece"][i] = len(pieces)
+    for k, obstacle in enumerate(plane.obstacles):
+        arm["first_piece"][n + k] = len(pieces)
+        add(obstacle.pieces(), 0, obstacle.radius, obstacle)
+        arm["last_piece"][n + k] = len(pieces)
+    arms = Arms(
+        arm=read_only(arm, ARM),
+        piece=read_only(np.array(pieces, PIECE), PIECE),
+        vertices=read_only(np.concatenate(vertices) if vertices else np.empty((0, 2))),
+    )
+    return arms, read_only(reach)
+
+
+def _categories(plane: FocalPlane) -> list[str]:
+    """Categories in order of appearance."""
+    return list(dict.fromkeys(b.category for b in (*plane.bodies, *plane.obstacles)))

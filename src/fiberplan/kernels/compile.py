@@ -1,0 +1,51 @@
+"""One compile policy for every kernel.
+
+Kernels take numbers and arrays (a NamedTuple of arrays at most), never raise, and are compiled lazily, so that read-only
+arrays are accepted. ``error_model="numpy"``: division by zero gives inf or NaN, and a NaN clearance counts as contact.
+Never ``fastmath``: it would let the compiler assume that NaN does not exist.
+"""
+
+import functools
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from numba import njit
+from numba.core import event
+
+
+def kernel(function: Callable) -> Callable:
+    """Compile `function` for the machine, cached on disk where some folder can be written."""
+    compile_ = functools.partial(njit, nogil=True, error_model="numpy")
+    try:
+        return compile_(cache=True)(function)
+    except RuntimeError:  # numba found no folder for its cache: compile in memory, every run
+        return compile_()(function)
+
+
+class _FirstCompilation(event.Listener):
+    """Calls `say` once, when the first kernel has to be compiled (nothing is said when the cache serves it)."""
+
+    def __init__(self, say: Callable[[], None]):
+        self._say = say
+        self._said = False
+
+    def on_start(self, event: Any) -> None:
+        if not self._said:
+            self._said = True
+            self._say()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def compilation_notice() -> Iterator[None]:
+    """Within this context, tell on stderr when kernels are being compiled instead of leaving the user to wonder."""
+
+    def say() -> None:
+        print("compiling kernels (first run only, up to a minute)...", file=sys.stderr, flush=True)
+
+    with event.install_listener("numba:compile", _FirstCompilation(say)):
+        yield

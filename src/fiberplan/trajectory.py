@@ -1,0 +1,125 @@
+"""Motion in joint space: knots per positioner, linear between them, held before the first and after the last.
+
+Each positioner has its own knots, so one that moves once has two. Stored ragged (CSR): those of positioner i are
+``offsets[i]:offsets[i + 1]``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.errors import TrajectoryError
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Knots in joint space.
+
+    Raises:
+        TrajectoryError: a positioner without knots, times that do not increase, or values that are not finite.
+    """
+
+    offsets: np.ndarray  #: (n + 1,) int64
+    times: np.ndarray  #: (k,) [s], increasing within a positioner, 0 or later
+    angles: np.ndarray  #: (k, 2) commanded alpha, beta [rad]
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("offsets", np.int64), ("times", np.float64), ("angles", np.float64)):
+            object.__setattr__(self, name, read_only(getattr(self, name), dtype))
+        offsets, times, angles = self.offsets, self.times, self.angles
+        if offsets.ndim != 1 or len(offsets) < 1 or offsets[0] != 0 or offsets[-1] != len(times):
+            raise TrajectoryError(f"offsets must run from 0 to the number of knots, {len(times)}")
+        if times.ndim != 1 or angles.shape != (len(times), 2):
+            raise TrajectoryError(f"{len(times)} times need angles of shape ({len(times)}, 2), got {angles.shape}")
+        if np.any(np.diff(offsets) < 1):
+            raise TrajectoryError(f"positioner {np.flatnonzero(np.diff(offsets) < 1)[0]} has no knot")
+        bad = np.flatnonzero(~np.isfinite(times) | ~np.all(np.isfinite(angles), axis=1) | ~(times >= 0))
+        if len(bad):
+            k = bad[0]
+            raise TrajectoryError(
+                f"positioner {self._owner(k)}: knot at {times[k]} s with angles {angles[k]} rad is not usable"
+            )
+        steps = np.diff(times)
+        steps[offsets[1:-1] - 1] = np.inf  # from one positioner to the next, time starts again
+        if np.any(steps <= 0):
+            k = np.flatnonzero(steps <= 0)[0]
+            raise TrajectoryError(f"positioner {self._owner(k)}: time does not increase after {times[k]} s")
+
+    def _owner(self, knot: int) -> int:
+        return int(np.searchsorted(self.offsets, knot, side="right") - 1)
+
+    @property
+    def n(self) -> int:
+        """Number of positioners."""
+        return len(self.offsets) - 1
+
+    @property
+    def duration(self) -> float:
+        """Time of the last knot [s]."""
+        return float(self.times.max(initial=0.0))
+
+    @property
+    def start(self) -> np.ndarray:
+        """First angles (n, 2) [rad]."""
+        return self.angles[self.offsets[:-1]]
+
+    @property
+    def end(self) -> np.ndarray:
+        """Last angles (n, 2) [rad]."""
+        return self.angles[self.offsets[1:] - 1]
+
+    def at(self, t: float) -> np.ndarray:
+        """Angles (n, 2) [rad] at time `t` [s]."""
+        if self.n == 0:
+            return np.empty((0, 2))
+        # the last knot at or before t, by a count per positioner
+        before = np.add.reduceat((self.times <= t).astype(np.int64), self.offsets[:-1])
+        left = self.offsets[:-1] + np.maximum(before - 1, 0)
+        right = np.minimum(left + 1, self.offsets[1:] - 1)
+        span = self.times[right] - self.times[left]
+        part = np.divide(t - self.times[left], span, out=np.zeros(self.n), where=span > 0)
+        part = np.clip(part, 0.0, 1.0)[:, None]
+        return (1.0 - part) * self.angles[left] + part * self.angles[right]
+
+    def reversed(self) -> "Trajectory":
+        """The same motion backwards in time, of the same duration."""
+        owner = np.repeat(np.arange(self.n), np.diff(self.offsets))
+        order = self.offsets[owner] + self.offsets[owner + 1] - 1 - np.arange(len(self.times))
+        return Trajectory(self.offsets, self.duration - self.times[order], self.angles[order])
+
+    def then(self, other: "Trajectory") -> "Trajectory":
+        """This motion, then `other`, which must begin where this one ends.
+
+        Raises:
+            TrajectoryError: a positioner is not where `other` begins.
+        """
+        gap = np.abs(self.end - other.start).max(axis=1, initial=0.0) if other.n == self.n else np.array([np.inf])
+        if np.any(gap > 1e-9):
+            i = int(np.argmax(gap > 1e-9))
+            raise TrajectoryError(f"positioner {i} ends {gap[i]:.6g} rad from where the next motion begins")
+        owner = np.concatenate([np.repeat(np.arange(t.n), np.diff(t.offsets)) for t in (self, other)])
+        times = np.concatenate([self.times, self.duration + other.times])
+        angles = np.concatenate([self.angles, other.angles])
+        order = np.argsort(owner, kind="stable")
+        owner, times, angles = owner[order], times[order], angles[order]
+        # a knot of `other` at the very time of this one's last says the same twice
+        keep = np.ones(len(times), bool)
+        keep[1:] = (owner[1:] != owner[:-1]) | (times[1:] > times[:-1])
+        counts = np.bincount(owner[keep], minlength=self.n)
+        return Trajectory(np.concatenate([[0], np.cumsum(counts)]), times[keep], angles[keep])
+
+    @classmethod
+    def from_samples(cls, times: np.ndarray, angles: np.ndarray) -> "Trajectory":
+        """Knots for all positioners at the same `times` (k,) [s], `angles` (k, n, 2) [rad]."""
+        times, angles = np.asarray(times, float), np.asarray(angles, float)
+        if angles.ndim != 3 or angles.shape[::2] != (len(times), 2):
+            raise TrajectoryError(f"{len(times)} times need angles of shape ({len(times)}, n, 2), got {angles.shape}")
+        n = angles.shape[1]
+        offsets = np.arange(n + 1) * len(times)
+        return cls(offsets, np.tile(times, n), angles.transpose(1, 0, 2).reshape(-1, 2))
+
+    @classmethod
+    def at_rest(cls, angles: np.ndarray) -> "Trajectory":
+        """No motion at all, at `angles` (n, 2) [rad]."""
+        return cls.from_samples(np.zeros(1), np.asarray(angles, float)[None])
