@@ -6,11 +6,11 @@ from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import frames_clearance
 from fiberplan.kernels.arms import frame
-from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.neighbours import adjacency
 
 
-@kernel
+@leaf
 def _first_contact(arms, angles, offsets, neighbour, i, limit):
     """First neighbour that arm i does not clear by `limit` [mm], or -1."""
     frame_i = frame(arms, i, angles[i, 0], angles[i, 1])

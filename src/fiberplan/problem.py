@@ -94,8 +94,8 @@ class Problem:
             conflicts: "drop" gives up targets that are out of reach, or touch something at rest, instead of refusing.
 
         Raises:
-            TargetError: targets that name no positioner, or one that `plane` does not have; with "raise", targets out of
-                reach.
+            TargetError: targets that name no positioner, or one that `plane` does not have; with "raise", targets out
+                of reach.
             ProblemError: as `Problem`.
         """
         solution = targets.solve(plane)

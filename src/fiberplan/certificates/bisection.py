@@ -13,12 +13,12 @@ import numpy as np
 
 from fiberplan.kernels.arms import acceleration, frame, motion, vertex
 from fiberplan.kernels.clearance import frames_clearance, meet, piece_to_piece
-from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.compile import kernel, leaf
 
 ROUNDING = 1e-9  # [mm] taken off every bound for floating-point rounding
 FLOOR = 1e-7  # [s] shorter intervals are not split
-_DEPTH = 256
-_MOST_EVALUATIONS = 50_000  # per pair; a pair that needs more is undecided
+_DEPTH = 256  # of the stack of intervals still to look at
+_MOST_LOOKS = 50_000, 100  # per pair, and per knot of it; a pair that needs more is undecided
 
 
 KNOT = np.dtype(
@@ -41,7 +41,7 @@ class Motion(NamedTuple):
     duration: float  # [s]
 
 
-@kernel
+@leaf
 def measure(arms, offsets, knots):
     """Fill in how far each positioner has travelled at each knot, and its speed until the next."""
     for i in range(len(offsets) - 1):
@@ -52,7 +52,7 @@ def measure(arms, offsets, knots):
             here.speed = step / (after.time - here.time)
 
 
-@kernel
+@leaf
 def _last_knot(path, i, t):
     """Index of the last knot of positioner i at or before t, or its first knot."""
     lo, hi = path.offsets[i], path.offsets[i + 1]
@@ -65,7 +65,7 @@ def _last_knot(path, i, t):
     return lo
 
 
-@kernel
+@leaf
 def _state(path, i, t):
     """(alpha, beta, their speeds, motion bound so far) of arm i at time t; an obstacle rests at zero."""
     if i >= len(path.offsets) - 1:
@@ -81,7 +81,7 @@ def _state(path, i, t):
     return here.alpha + va * dt, here.beta + vb * dt, va, vb, far
 
 
-@kernel
+@leaf
 def _knot_near_middle(path, i, t0, t1, middle):
     """Knot time of arm i strictly within (t0, t1) that is nearest to the middle, or NaN."""
     if i >= len(path.offsets) - 1:
@@ -95,7 +95,7 @@ def _knot_near_middle(path, i, t0, t1, middle):
     return best
 
 
-@kernel
+@leaf
 def _top_speed(path, i, t0, t1):
     """Largest speed of any body point of arm i between t0 and t1 [mm/s]."""
     if i >= len(path.offsets) - 1:
@@ -108,7 +108,7 @@ def _top_speed(path, i, t0, t1):
     return top
 
 
-@kernel
+@leaf
 def _vertex_speed_along(arms, frame_, va, vb, link, x, y, nx, ny):
     """Speed along the axis n of a body point at (x, y) on `link`, at joint speeds va, vb [mm/s]."""
     bx, by, ex, ey, c1, s1, c2, s2 = frame_
@@ -120,7 +120,7 @@ def _vertex_speed_along(arms, frame_, va, vb, link, x, y, nx, ny):
     return 0.0
 
 
-@kernel
+@leaf
 def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h):
     """Clearance now, and a lower bound of it within +-h [s] of now at constant joint speeds [mm]."""
     bend = 0.5 * h * h * (acceleration(arms, i, va_i, vb_i) + acceleration(arms, j, va_j, vb_j))
@@ -154,7 +154,7 @@ def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h
     return now, bound - ROUNDING
 
 
-@kernel
+@leaf
 def interval_bound(arms, path, i, j, t0, t1, jitter, error):
     """Look at a pair once in [t0, t1].
 
@@ -188,8 +188,18 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
     return t, now - pad_now, bound - pad
 
 
-@kernel
-def closest(arms, path, i, j, margin, jitter, error, tolerance, cap):
+@leaf
+def _most_looks(path, i, j):
+    """How often a pair may be looked at: in proportion to its knots, so that a jittery motion is not refused."""
+    knots = 0
+    for k in (i, j):
+        if k < len(path.offsets) - 1:
+            knots += path.offsets[k + 1] - path.offsets[k]
+    return _MOST_LOOKS[0] + _MOST_LOOKS[1] * knots
+
+
+@leaf
+def closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, ends):
     """Bounds of the smallest effective clearance of a pair over the whole motion.
 
     Returns:
@@ -197,10 +207,9 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap):
         both exceed `cap` [mm], where no more is asked; near the margin they are pushed apart from it as far as time
         resolves. Lower is -inf if that took too long.
     """
-    starts, ends = np.empty(_DEPTH), np.empty(_DEPTH)
     starts[0], ends[0], depth = 0.0, path.duration, 1
     lower, upper, when = np.inf, np.inf, 0.0
-    for _ in range(_MOST_EVALUATIONS):
+    for _ in range(_most_looks(path, i, j)):
         if depth == 0:
             return lower, upper, when
         depth -= 1
@@ -216,7 +225,7 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap):
         if bound >= wanted or t1 - t0 < FLOOR:
             lower = min(lower, bound)
             continue
-        if depth + 2 > _DEPTH:
+        if depth + 2 > len(starts):
             return -np.inf, upper, when
         starts[depth], ends[depth] = t, t1
         starts[depth + 1], ends[depth + 1] = t0, t
@@ -224,12 +233,11 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap):
     return -np.inf, upper, when
 
 
-@kernel
-def first_crossing(arms, path, i, j, margin, jitter, error, known):
+@leaf
+def first_crossing(arms, path, i, j, margin, jitter, error, known, starts, ends):
     """Earliest time [s] from which the margin could not be shown to hold, given a time at which it does not."""
-    starts, ends = np.empty(_DEPTH), np.empty(_DEPTH)
     starts[0], ends[0], depth = 0.0, known, 1
-    for _ in range(_MOST_EVALUATIONS):
+    for _ in range(_most_looks(path, i, j)):
         if depth == 0:
             return known
         depth -= 1
@@ -239,7 +247,7 @@ def first_crossing(arms, path, i, j, margin, jitter, error, known):
             continue
         if not (now >= margin):
             depth, known = 0, t  # nothing later matters
-        if t1 - t0 < FLOOR or depth + 2 > _DEPTH:
+        if t1 - t0 < FLOOR or depth + 2 > len(starts):
             return t0
         if now >= margin:
             starts[depth], ends[depth] = t, t1
@@ -251,10 +259,22 @@ def first_crossing(arms, path, i, j, margin, jitter, error, known):
 
 @kernel
 def judge(arms, path, pairs, errors, margin, jitter, tolerance, cap):
-    """Per pair of arms: (proven lower bound, smallest seen, time seen), effective clearances [mm, mm, s]."""
+    """Per pair of arms: proven lower bound of its effective clearance, smallest seen, time of first crossing.
+
+    The time is NaN where the margin is shown to hold.
+
+    Returns:
+        (m, 3) [mm, mm, s].
+    """
     out = np.empty((len(pairs), 3))
+    starts, ends = np.empty(_DEPTH), np.empty(_DEPTH)
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
-        low, high, when = closest(arms, path, i, j, margin, jitter, errors[i] + errors[j], tolerance, cap)
+        error = errors[i] + errors[j]
+        low, high, when = closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, ends)
+        if low >= margin:
+            when = np.nan
+        else:
+            when = first_crossing(arms, path, i, j, margin, jitter, error, when, starts, ends)
         out[k, 0], out[k, 1], out[k, 2] = low, high, when
     return out

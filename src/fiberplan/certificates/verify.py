@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiberplan.arrays import read_only
-from fiberplan.certificates.bisection import KNOT, Motion, first_crossing, judge, measure
+from fiberplan.certificates.bisection import KNOT, Motion, judge, measure
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.trajectory import Trajectory
@@ -91,19 +91,17 @@ def verify(
     error = np.broadcast_to(np.asarray(position_error, float), (plane.n,))
     if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
-    arms = plane.arms
     path = _as_motion(plane, trajectory)
     widest = margin + 2.0 * (float(error.max(initial=0.0)) + jitter * float(path.knots["speed"].max()))
     pairs = plane.arm_pairs_within(widest + 1e-6)
     errors = read_only(np.concatenate([error, np.zeros(len(plane.obstacles))]))
-    low, seen, when = judge(arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
+    low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
 
     moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
     contacts, undecided, resting = [], [], []
     for k in np.flatnonzero(~(low >= margin)):
         i, j = (int(arm) for arm in pairs[k])
-        crossed = first_crossing(arms, path, i, j, margin, jitter, errors[i] + errors[j], when[k])
-        contact = Contact((i, j if j < plane.n else plane.n - 1 - j), float(crossed), float(seen[k]))
+        contact = Contact((i, j if j < plane.n else plane.n - 1 - j), float(when[k]), float(seen[k]))
         if not (moves[i] or moves[j]):
             resting.append(contact)
         else:

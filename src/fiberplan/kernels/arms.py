@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.compile import inlined
 
 # Records, not one array a field: a kernel call counts references to every array it is handed.
 ARM = np.dtype(
@@ -47,7 +47,7 @@ class Arms(NamedTuple):
     vertices: np.ndarray  # (v, 2) in the frame of the piece's link [mm]
 
 
-@kernel
+@inlined
 def frame(arms, i, alpha, beta):
     """Link frames of arm i: (base x, y, elbow x, y, cos and sin of link 1, cos and sin of link 2)."""
     arm = arms.arm[i]
@@ -58,7 +58,7 @@ def frame(arms, i, alpha, beta):
     return arm.x, arm.y, arm.x + arm.length * c1, arm.y + arm.length * s1, c1, s1, c2, s2
 
 
-@kernel
+@inlined
 def vertex(arms, frame_, link, k):
     """Vertex k of a piece on `link`, in focal-plane coordinates [mm]."""
     bx, by, ex, ey, c1, s1, c2, s2 = frame_
@@ -70,7 +70,7 @@ def vertex(arms, frame_, link, k):
     return bx + u, by + v
 
 
-@kernel
+@inlined
 def motion(arms, i, d_alpha, d_beta):
     """Bound on how far any body point of arm i moves while its joints turn by so much, evenly [mm]."""
     turn = abs(d_alpha)
@@ -78,7 +78,7 @@ def motion(arms, i, d_alpha, d_beta):
     return max(arm.length * turn + arm.reach_beta * abs(d_alpha + d_beta), arm.reach_alpha * turn)
 
 
-@kernel
+@inlined
 def acceleration(arms, i, alpha_speed, beta_speed):
     """Bound on the acceleration of any body point of arm i at constant joint speeds [mm/s^2]."""
     turn = alpha_speed * alpha_speed

@@ -7,17 +7,11 @@ Overlapping pieces give the saturated value, minus the radii.
 import numpy as np
 
 from fiberplan.kernels.arms import frame, vertex
-from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.compile import inlined, kernel, leaf
 from fiberplan.kernels.segments import segment_to_segment
 
 
-@kernel
-def _edges(count):
-    """How many edges a piece of `count` vertices has; a point is one edge of no length."""
-    return count if count > 2 else 1
-
-
-@kernel
+@leaf
 def _contains(arms, frame_, link, first, count, px, py):
     """Whether a convex outline contains a point: the point lies on one side of every edge."""
     left = right = False
@@ -31,43 +25,55 @@ def _contains(arms, frame_, link, first, count, px, py):
     return not (left and right)
 
 
-@kernel
-def piece_to_piece(arms, frame_i, p, frame_j, q):
-    """Squared distance of two pieces' skeletons and the vector from the first to the second, zero on overlap."""
-    p0, q0 = arms.piece[p].first, arms.piece[q].first
-    np_, nq = arms.piece[p].last - p0, arms.piece[q].last - q0
-    link_p, link_q = arms.piece[p].link, arms.piece[q].link
+@leaf
+def _boundaries(arms, frame_i, p, frame_j, q):
+    """Squared distance of the outlines of two pieces of any number of vertices, and the vector between them."""
+    piece_p, piece_q = arms.piece[p], arms.piece[q]
     best, wx, wy = np.inf, 0.0, 0.0
-    for a in range(_edges(np_)):
-        ax, ay = vertex(arms, frame_i, link_p, p0 + a)
-        bx, by = vertex(arms, frame_i, link_p, p0 + (a + 1) % np_)
-        for c in range(_edges(nq)):
-            cx, cy = vertex(arms, frame_j, link_q, q0 + c)
-            dx, dy = vertex(arms, frame_j, link_q, q0 + (c + 1) % nq)
+    ax, ay = vertex(arms, frame_i, piece_p.link, piece_p.last - 1)
+    for k in range(piece_p.first, piece_p.last):
+        bx, by = vertex(arms, frame_i, piece_p.link, k)
+        cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.last - 1)
+        for m in range(piece_q.first, piece_q.last):
+            dx, dy = vertex(arms, frame_j, piece_q.link, m)
             d2, vx, vy = segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy)
             if not (d2 >= best):
                 best, wx, wy = d2, vx, vy
-                if not (d2 > 0.0):
-                    return best, wx, wy
-    if np_ > 2:
-        cx, cy = vertex(arms, frame_j, link_q, q0)
-        if _contains(arms, frame_i, link_p, p0, np_, cx, cy):
-            return 0.0, 0.0, 0.0
-    if nq > 2:
-        ax, ay = vertex(arms, frame_i, link_p, p0)
-        if _contains(arms, frame_j, link_q, q0, nq, ax, ay):
-            return 0.0, 0.0, 0.0
+            cx, cy = dx, dy
+        ax, ay = bx, by
     return best, wx, wy
 
 
-@kernel
+@inlined
+def piece_to_piece(arms, frame_i, p, frame_j, q):
+    """Squared distance of two pieces' skeletons and the vector from the first to the second, zero on overlap."""
+    piece_p, piece_q = arms.piece[p], arms.piece[q]
+    count_p, count_q = piece_p.last - piece_p.first, piece_q.last - piece_q.first
+    if count_p <= 2 and count_q <= 2:
+        ax, ay = vertex(arms, frame_i, piece_p.link, piece_p.first)
+        bx, by = vertex(arms, frame_i, piece_p.link, piece_p.last - 1)
+        cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.first)
+        dx, dy = vertex(arms, frame_j, piece_q.link, piece_q.last - 1)
+        return segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy)
+    if count_p > 2:
+        cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.first)
+        if _contains(arms, frame_i, piece_p.link, piece_p.first, count_p, cx, cy):
+            return 0.0, 0.0, 0.0
+    if count_q > 2:
+        ax, ay = vertex(arms, frame_i, piece_p.link, piece_p.first)
+        if _contains(arms, frame_j, piece_q.link, piece_q.first, count_q, ax, ay):
+            return 0.0, 0.0, 0.0
+    return _boundaries(arms, frame_i, p, frame_j, q)
+
+
+@inlined
 def meet(arms, p, q):
     """Whether two pieces are of categories that can touch."""
     a, b = arms.piece[p], arms.piece[q]
     return (a.category & b.meets) != 0 or (b.category & a.meets) != 0
 
 
-@kernel
+@inlined
 def frames_clearance(arms, i, frame_i, j, frame_j):
     """Gap between the bodies of two arms whose frames are known [mm]; NaN if either is not a number."""
     smallest = np.inf
@@ -82,7 +88,7 @@ def frames_clearance(arms, i, frame_i, j, frame_j):
     return smallest
 
 
-@kernel
+@leaf
 def clearance(arms, i, alpha_i, beta_i, j, alpha_j, beta_j):
     """Gap between the bodies of two arms [mm]; negative if they overlap, NaN if an angle is, inf if none can meet."""
     return frames_clearance(arms, i, frame(arms, i, alpha_i, beta_i), j, frame(arms, j, alpha_j, beta_j))

@@ -15,13 +15,27 @@ from numba import njit
 from numba.core import event
 
 
-def kernel(function: Callable) -> Callable:
+def kernel(function: Callable, **options: bool) -> Callable:
     """Compile `function` for the machine, cached on disk where some folder can be written."""
-    compile_ = functools.partial(njit, nogil=True, error_model="numpy")
+    compile_ = functools.partial(njit, nogil=True, error_model="numpy", **options)
     try:
         return compile_(cache=True)(function)
     except RuntimeError:  # numba found no folder for its cache: compile in memory, every run
         return compile_()(function)
+
+
+def leaf(function: Callable) -> Callable:
+    """A kernel that allocates nothing, so that references to the arrays it is handed need no counting.
+
+    Counting them is most of the cost of a short kernel: the turn of an arm that need not look around takes 5 ns
+    without and 66 ns with it. Allocating in a leaf is a compile-time error.
+    """
+    return kernel(function, _nrt=False)
+
+
+def inlined(function: Callable) -> Callable:
+    """A leaf that is always compiled into its callers: for small ones in hot loops, where a call costs as much."""
+    return kernel(function, _nrt=False, forceinline=True)
 
 
 class _FirstCompilation(event.Listener):

@@ -4,10 +4,10 @@ All return the squared distance and the vector from the closest point of the fir
 second (zero where they touch or cross). Zero-length segments are points; nothing here divides by zero.
 """
 
-from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.compile import inlined
 
 
-@kernel
+@inlined
 def point_to_segment(px, py, ax, ay, bx, by):
     """Squared distance [mm^2] from point p to segment ab, and the vector from p to its closest point [mm]."""
     ux, uy = bx - ax, by - ay
@@ -20,7 +20,7 @@ def point_to_segment(px, py, ax, ay, bx, by):
     return wx * wx + wy * wy, wx, wy
 
 
-@kernel
+@inlined
 def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
     """Whether segments ab and cd cross in one interior point of each (touching ends are not a crossing)."""
     abx, aby = bx - ax, by - ay
@@ -34,7 +34,7 @@ def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
     )
 
 
-@kernel
+@inlined
 def segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy):
     """Squared distance [mm^2] between segments ab and cd, and the vector from ab to cd [mm].
 

@@ -1,0 +1,62 @@
+# Every command makes the environment it needs: .venv, refreshed whenever pyproject.toml changes.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+CHROMIUM := chromium chromium-browser google-chrome
+
+# numba looks only at the file of the function it compiles, not at the kernels that function calls in other files, so
+# its cache is emptied when any file with a kernel has changed.
+KERNELS := $(shell grep -rl --include='*.py' '@kernel' src/fiberplan)
+
+.PHONY: demo test check bench picture browser format clean
+.DELETE_ON_ERROR:
+
+demo: $(VENV)/.installed $(VENV)/.kernels ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
+	$(BIN)/fiberplan demo -o demo
+
+test: check ## everything that must hold before a change lands
+	$(BIN)/pytest -n 2
+
+check: $(VENV)/.test $(VENV)/.kernels
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+bench: $(VENV)/.installed $(VENV)/.kernels ## the figures of the README
+	$(BIN)/python benchmarks/bench.py
+
+picture: demo ## the picture of the README
+	$(BIN)/python docs/picture.py demo/plan.fits docs/plan.png
+
+browser: ## Chromium, for the test of the HTML page
+	@for name in $(CHROMIUM); do command -v $$name >/dev/null && exit 0; done; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; \
+	else \
+	    echo "install Chromium with your system's package manager (looked for: $(CHROMIUM))" >&2; exit 1; \
+	fi
+
+format: $(VENV)/.test
+	$(BIN)/ruff format
+	$(BIN)/ruff check --fix
+
+clean: ## everything that make made
+	rm -rf $(VENV) demo build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
+	find src tests benchmarks docs -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit("fiberplan needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.installed: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.kernels: $(KERNELS) | $(BIN)/python
+	@find src -name '*.nb[ic]' -delete
+	@touch $@

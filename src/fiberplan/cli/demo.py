@@ -1,0 +1,46 @@
+"""``fiberplan demo``: a first plan, without any file of one's own."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fiberplan.cli.options import SeedOption
+from fiberplan.cli.output import made_folder, refuse_unwritable, say, working
+from fiberplan.cli.report import findings, lost_targets
+
+MARGIN = 0.8  # [mm] with arms of radius 1.5 mm the same as the papers' buffer of 1.9 mm
+
+
+def demo(
+    folder: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Write plan.fits and plan.html here.")
+    ] = Path(),
+    seed: SeedOption = 0,
+) -> None:
+    """Plan, prove and show a made-up field: the SDSS-V array and targets clustered as galaxies are."""
+    output, page = folder / "plan.fits", folder / "plan.html"
+    made_folder(folder)
+    refuse_unwritable(output, page)
+    with working("planning a field of the sdss array"):
+        from fiberplan.clustered import clustered_targets
+        from fiberplan.focal_plane import FocalPlane
+        from fiberplan.planners import GreedyFold
+        from fiberplan.problem import Problem
+        from fiberplan.visuals import show
+
+        plane = FocalPlane.load("sdss")
+        targets = clustered_targets(plane, seed, MARGIN)
+        problem = Problem.from_targets(plane, targets, margin=MARGIN, conflicts="drop")
+        plan = GreedyFold(seed=seed).plan(problem)
+        faults = plan.faults()
+        plan.write(output)
+        show(plan, page)
+
+    say(str(plan), style="bold")
+    for line in (*lost_targets(plan), *findings(plane, plan.certificate), *faults):
+        say(line, style="yellow")
+    if not faults:
+        say(str(plan.certificate), style="green")
+    say(f"wrote {output} and {page}; open {page} in a browser to see it move")
+    raise typer.Exit(1 if faults else 0)

@@ -1,0 +1,26 @@
+"""``fiberplan export``: a plan's motion for other programs."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from fiberplan.cli.options import PlanArgument
+from fiberplan.cli.output import refuse_unwritable, say, working
+
+Format = Literal["ecsv"]
+
+
+def export(
+    plan: PlanArgument,
+    to: Annotated[Format, typer.Option("--to", help="ecsv: one row a knot: positioner, time, alpha, beta.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Write it here.")],
+) -> None:
+    """Write a plan's motion in another format, times in s and angles in degrees."""
+    refuse_unwritable(output, inputs=(plan,))
+    with working("exporting"):
+        from fiberplan.exports import FORMATS
+        from fiberplan.plan import Plan
+
+        FORMATS[to](Plan.read(plan), output)
+    say(f"wrote {output}")

@@ -1,0 +1,68 @@
+"""``fiberplan instruments``: what is built in, and what an instrument is taken to be."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fiberplan.cli.output import say
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from fiberplan.focal_plane import FocalPlane
+
+
+def instruments(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="A built-in name, or an instrument's file or folder.")
+    ] = None,
+) -> None:
+    """List the built-in instruments, or tell what one is made of and where its numbers come from."""
+    from rich.table import Table
+
+    from fiberplan.focal_plane import FocalPlane
+    from fiberplan.instruments import names
+
+    if name is None:
+        table = Table("name", "positioners", "what it is")
+        for known in names():
+            plane = FocalPlane.load(known)
+            table.add_row(known, str(plane.n), plane.notes[0])
+        say(table)
+        return
+    plane = FocalPlane.load(name)
+    table = Table(show_header=False, title=plane.name, title_justify="left")
+    for what, value in facts(plane):
+        table.add_row(what, value)
+    say(table)
+    for note in plane.notes:
+        say(f"- {note}")
+
+
+def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:
+    """What an instrument is made of, as (what, value with its unit)."""
+    import numpy as np
+
+    yield "positioners", f"{plane.n}, {int(plane.online.sum())} online"
+    yield "first and last", f"{plane.ids[0]}, {plane.ids[-1]}"
+    yield "extent", f"{_between(plane.base[:, 0])} by {_between(plane.base[:, 1])} mm"
+    yield "base to elbow", f"{_between(plane.length)} mm"
+    for fiber, offset in plane.fiber_offsets.items():
+        yield f"elbow to fiber '{fiber}'", f"{_between(np.linalg.norm(offset, axis=1))} mm"
+    for k, joint in enumerate(("alpha", "beta")):
+        low, high = np.degrees(plane.lower[:, k]), np.degrees(plane.upper[:, k])
+        yield f"{joint} range", f"{_between(low)} to {_between(high)} deg"
+        yield f"{joint} folded", f"{_between(np.degrees(plane.folded[:, k]))} deg"
+        yield f"{joint} speed", f"{_between(np.degrees(plane.max_speed[:, k]))} deg/s"
+    for body in plane.bodies:
+        shape = {1: "disc", 2: "capsule"}.get(body.points.shape[-2], "outline" if body.closed else "polyline")
+        yield f"body '{body.name}'", f"{shape} on the {body.link} link, radius {_between(np.ravel(body.radius))} mm"
+    yield "obstacles", str(len(plane.obstacles))
+    yield "neighbour pairs", f"{len(plane.pairs)} that can come within {plane.pair_margin:g} mm of each other"
+
+
+def _between(values: "np.ndarray") -> str:
+    """One value, or the smallest and the largest."""
+    low, high = f"{values.min():.6g}", f"{values.max():.6g}"
+    return low if low == high else f"{low} .. {high}"

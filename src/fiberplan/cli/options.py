@@ -1,0 +1,9 @@
+"""Arguments and options that several commands share, with their units."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+PlanArgument = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan written by `fiberplan plan`.")]
+SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random choice.", min=0)]

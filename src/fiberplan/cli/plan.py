@@ -1,0 +1,80 @@
+"""``fiberplan plan``: from a focal plane and a table of targets to a proven plan."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from fiberplan.cli.options import SeedOption
+from fiberplan.cli.output import refuse_unwritable, say, working
+from fiberplan.cli.report import findings, lost_targets
+
+Conflicts = Literal["raise", "drop"]
+_GREEDY = "Options of greedy-fold"
+
+
+def plan(
+    instrument: Annotated[str, typer.Argument(metavar="INSTRUMENT", help="A name, or an instrument's file or folder.")],
+    targets: Annotated[Path, typer.Argument(metavar="TARGETS", help="A table: positioner, x, y (mm unless it says).")],
+    start: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to start: a table, or a plan's end. Folded if not given.")
+    ] = None,
+    planner: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "greedy-fold",
+    margin: Annotated[float, typer.Option(metavar="MM", help="Clearance to keep at all times (mm).", min=0.0)] = 0.0,
+    conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that touch or are out of reach, or drop them.")] = (
+        "raise"
+    ),
+    seed: SeedOption = 0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
+    page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
+    step: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Step of each joint (deg).", rich_help_panel=_GREEDY)
+    ] = None,
+    max_travel: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Give up after this much (deg).", rich_help_panel=_GREEDY)
+    ] = None,
+    relief: Annotated[
+        str | None, typer.Option(metavar="NAME", help="What to do about deadlocks.", rich_help_panel=_GREEDY)
+    ] = None,
+    skip_noops: Annotated[
+        bool | None,
+        typer.Option("--skip-noops/--literal", help="Skip moves that do not move, or not.", rich_help_panel=_GREEDY),
+    ] = None,
+) -> None:
+    """Plan the motion from START to TARGETS and prove it safe; exit 0 if every target is reached, 1 if not.
+
+    Without -o and --page nothing is written.
+    """
+    refuse_unwritable(output, page, inputs=(Path(instrument), targets, start))
+    with working("planning"):
+        from fiberplan.cli.planner import chosen_planner
+        from fiberplan.configurations import read_configuration
+        from fiberplan.focal_plane import FocalPlane
+        from fiberplan.problem import Problem
+        from fiberplan.targets import Targets
+
+        settings = {"step": step, "max_travel": max_travel, "relief": relief, "skip_noops": skip_noops}
+        chosen = chosen_planner(planner, seed, settings)
+        plane = FocalPlane.load(instrument)
+        begin = None if start is None else read_configuration(start, plane)
+        problem = Problem.from_targets(plane, Targets.read(targets), start=begin, margin=margin, conflicts=conflicts)
+        planned = chosen.plan(problem)
+        faults = planned.faults()
+
+    say(str(planned), style="bold")
+    for line in (*lost_targets(planned), *findings(plane, planned.certificate), *faults):
+        say(line, style="yellow")
+    for note in dict.fromkeys((*problem.notes, *planned.notes)):
+        say(f"note: {note}")
+    if not faults:
+        say(str(planned.certificate), style="green")
+    with working("writing"):
+        if output is not None:
+            planned.write(output)
+        if page is not None:
+            from fiberplan.visuals import show
+
+            show(planned, page)
+    written = [str(path) for path in (output, page) if path is not None]
+    say(f"wrote {' and '.join(written)}" if written else "nothing written: -o FILE keeps the plan")
+    raise typer.Exit(1 if faults or len(planned.lost) else 0)

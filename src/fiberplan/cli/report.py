@@ -1,0 +1,42 @@
+"""Plans and certificates as lines of text."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fiberplan.certificates import Certificate, Contact
+    from fiberplan.focal_plane import FocalPlane
+    from fiberplan.plan import Plan
+
+
+def name_of(plane: "FocalPlane", index: int) -> str:
+    """A positioner, or obstacle -1 - k, as people know it."""
+    return plane.ids[index] if index >= 0 else f"obstacle {plane.obstacles[-1 - index].name}"
+
+
+def lost_targets(plan: "Plan") -> Iterator[str]:
+    """One line for each target that is lost: the positioner, the cause, and who is in the way."""
+    plane, dropped = plan.problem.plane, plan.problem.dropped
+    for i in (int(i) for i in plan.lost):
+        cause = dropped[i].cause if i in dropped else plan.outcomes[i].value
+        in_the_way = plan.blockers.get(i, ()) or (dropped[i].blockers if i in dropped else ())
+        blockers = f"; in the way: {', '.join(name_of(plane, b) for b in in_the_way)}" if in_the_way else ""
+        yield f"lost {plane.ids[i]}: {cause}{blockers}"
+
+
+def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
+    """One line for each contact, undecided pair and violation, then for what touches at rest."""
+    for what, contacts in (
+        ("contact", certificate.contacts),
+        ("undecided", certificate.undecided),
+        ("at rest, neither can move", certificate.resting),
+    ):
+        for contact in contacts:
+            yield f"{what}: {_contact(plane, contact)}"
+    for violation in certificate.violations:
+        yield f"violation: {violation}"
+
+
+def _contact(plane: "FocalPlane", contact: "Contact") -> str:
+    first, second = (name_of(plane, index) for index in contact.pair)
+    return f"{first} and {second} at {contact.time:.3f} s, clearance {contact.clearance:.4f} mm"

@@ -1,0 +1,53 @@
+"""``fiberplan reproduce``: a paper's figures beside ours."""
+
+import importlib
+import json as json_format
+import pkgutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fiberplan.cli.output import made_folder, say, working
+from fiberplan.errors import FiberplanError
+
+
+def reproduce(
+    paper: Annotated[
+        str | None, typer.Argument(metavar="[PAPER]", help="A paper's key; without one, they are listed.")
+    ] = None,
+    trials: Annotated[int, typer.Option(metavar="N", help="Trials per setting; the papers ran more.", min=1)] = 20,
+    json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    folder: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write figures as PNG here.")
+    ] = None,
+) -> None:
+    """Run a paper's experiments and print each quantity: the paper's value, ours, and over how many trials."""
+    papers = _papers()
+    if paper is None:
+        say("\n".join(papers))
+        return
+    if paper not in papers:
+        raise FiberplanError(f"no paper '{paper}' to reproduce; there are {', '.join(papers)}")
+    if folder is not None:
+        made_folder(folder)
+    with working(f"reproducing {paper}"):
+        experiment = importlib.import_module(f"fiberplan.reproductions.{paper}")
+        rows = experiment.run(trials, folder)
+    if json:
+        say(json_format.dumps(rows, indent=2))
+        return
+    from rich.table import Table
+
+    table = Table("quantity", "paper", "ours", "n")
+    for row in rows:
+        table.add_row(*(str(row[column]) for column in ("quantity", "paper", "ours", "n")))
+    say(table)
+
+
+def _papers() -> list[str]:
+    """Keys of the papers that can be reproduced: modules named after them."""
+    import fiberplan.reproductions
+
+    modules = pkgutil.iter_modules(fiberplan.reproductions.__path__)
+    return sorted(module.name for module in modules if module.name[-4:].isdigit())

@@ -1,0 +1,23 @@
+"""``fiberplan warmup``: compile ahead, so that the first plan of the night does not wait."""
+
+import time
+
+from fiberplan.cli.output import say, working
+
+MARGIN = 0.8  # [mm]
+
+
+def warmup() -> None:
+    """Compile every kernel, by planning and proving a field of seven positioners; later runs find them on disk."""
+    begin = time.perf_counter()
+    with working("compiling"):
+        from fiberplan.clustered import clustered_targets
+        from fiberplan.focal_plane import FocalPlane
+        from fiberplan.planners import GreedyFold
+        from fiberplan.problem import Problem
+
+        plane = FocalPlane.hexagonal(1, 22.4)
+        targets = clustered_targets(plane, 0, MARGIN)
+        problem = Problem.from_targets(plane, targets, margin=MARGIN, conflicts="drop")
+        GreedyFold().plan(problem).faults()
+    say(f"kernels ready in {time.perf_counter() - begin:.1f} s")

@@ -1,0 +1,132 @@
+"""The calibration folders of the SDSS-V focal plane system, as its own team publishes them.
+
+Each hole has its own frame: x along iHat = (0, -1) and y along jHat = (1, 0). Its rotation goes into the alpha zero,
+and (dx, dy), which are given in that frame, move the base. Source: fps_calibrations; the convention was checked against
+an observed configuration (median residual 0.04 mm). What the folder leaves out is in ``calibration_constants.toml``.
+"""
+
+import os
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from fiberplan.bodies import Body, Obstacle
+from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.table_reader import InputTable, nearest, read_table
+
+HOLE_MAP = "wokCoords.csv"
+_CONSTANTS = Path(__file__).parent / "calibration_constants.toml"
+_FIBERS = {"metrology": "met", "apogee": "ap", "boss": "boss"}  # name -> prefix of its columns
+
+
+def read_calibration(folder: str | os.PathLike) -> FocalPlane:
+    """The calibrated focal plane; positioner ids are hole ids, row by row of the grid.
+
+    Raises:
+        InstrumentError: a file, column or value that is missing or cannot be used; one line that names it.
+    """
+    folder = Path(folder)
+    constants = tomllib.loads(_CONSTANTS.read_text(encoding="utf-8"))
+    holes = read_table(folder / HOLE_MAP, InstrumentError)
+    robots = read_table(folder / "positionerTable.csv", InstrumentError)
+    hole, robot = _match(holes, robots)
+    n = len(hole)
+
+    x_axis, y_axis = _vectors(holes, "ix", "iy")[hole], _vectors(holes, "jx", "jy")[hole]
+    _check_frames(holes, hole, x_axis, y_axis)
+    local = _vectors(robots, "dx", "dy", "mm")[robot]
+    offsets = _vectors(robots, "alphaOffset", "betaOffset", "rad", "deg")[robot]
+    fibers = {name: _vectors(robots, f"{k}X", f"{k}Y", "mm")[robot] for name, k in _FIBERS.items()}
+    arm = np.stack([np.zeros((n, 2)), fibers["metrology"]], axis=1)
+    empty = sorted(set(_fillable(holes)) - set(robots.texts("holeID")))
+
+    def both(name: str) -> np.ndarray:
+        return np.tile(np.radians(constants[name]), (n, 1))
+
+    return FocalPlane(
+        ids=tuple(holes.texts("holeID")[k] for k in hole),
+        base=_vectors(holes, "xWok", "yWok", "mm")[hole] + local[:, :1] * x_axis + local[:, 1:] * y_axis,
+        length=_column(robots, "alphaArmLen", "mm")[robot],
+        fiber_offsets=fibers,
+        folded=both("folded"),
+        lower=both("lower"),
+        upper=both("upper"),
+        max_speed=both("speed"),
+        bodies=(Body(arm, constants["arm_radius"]),),
+        obstacles=(*_fiducials(folder, constants), *_guide_cameras(folder, constants)),
+        zero=offsets + np.stack([np.arctan2(x_axis[:, 1], x_axis[:, 0]), np.zeros(n)], axis=1),
+        name=folder.resolve().name,
+        notes=(*constants["sources"], *(f"hole {id_} has no positioner" for id_ in empty)),
+    )
+
+
+def _column(table: InputTable, name: str, unit: str | None = None, default: str | None = None) -> np.ndarray:
+    table.require(name)
+    return table.numbers(name, unit, default)
+
+
+def _vectors(table: InputTable, x: str, y: str, unit: str | None = None, default: str | None = None) -> np.ndarray:
+    """Two columns as (m, 2)."""
+    return np.stack([_column(table, x, unit, default), _column(table, y, unit, default)], axis=1)
+
+
+def _unique(table: InputTable) -> dict[str, int]:
+    """Hole id -> row."""
+    table.require("holeID")
+    rows: dict[str, int] = {}
+    for row, id_ in enumerate(table.texts("holeID")):
+        if (first := rows.setdefault(id_, row)) != row:
+            raise table.fail(row, f"hole '{id_}' was already given in {table.rows[first]}")
+    return rows
+
+
+def _match(holes: InputTable, robots: InputTable) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of both tables that belong together, row by row of the grid as in the built-in array."""
+    where, who = _unique(holes), _unique(robots)
+    for id_, row in who.items():
+        if id_ not in where:
+            raise robots.fail(row, f"{HOLE_MAP} has no hole '{id_}'{nearest(id_, where)}")
+    both = np.array([(where[id_], who[id_]) for id_ in where if id_ in who], np.int64).reshape(-1, 2)
+    holes.require("hexRow", "hexCol")
+    order = [holes.numbers(name, blank=np.nan)[both[:, 0]] for name in ("hexCol", "hexRow")]
+    hole, robot = both[np.lexsort(order)].T
+    return hole, robot
+
+
+def _fillable(holes: InputTable) -> list[str]:
+    """Holes made for positioners."""
+    holes.require("holeType")
+    kinds = holes.texts("holeType")
+    return [id_ for id_, kind in zip(holes.texts("holeID"), kinds, strict=True) if kind != "Fiducial"]
+
+
+def _check_frames(holes: InputTable, hole: np.ndarray, x_axis: np.ndarray, y_axis: np.ndarray) -> None:
+    """Refuse frames that are mirrored or not of unit length: a rotation could not stand for them."""
+    turned = np.stack([-x_axis[:, 1], x_axis[:, 0]], axis=1)
+    bad = (np.abs(np.hypot(*x_axis.T) - 1) > 1e-3) | (np.abs(turned - y_axis).max(axis=1) > 1e-3)
+    if bad.any():
+        k = int(np.argmax(bad))
+        axes = f"i = ({x_axis[k, 0]:g}, {x_axis[k, 1]:g}), j = ({y_axis[k, 0]:g}, {y_axis[k, 1]:g})"
+        raise holes.fail(int(hole[k]), f"{axes} are not the axes of a rotated frame")
+
+
+def _fiducials(folder: Path, constants: dict) -> list[Obstacle]:
+    """A disc for each fiducial, where it was measured."""
+    table = read_table(folder / "fiducialCoords.csv", InstrumentError)
+    centres = _vectors(table, "xWok", "yWok", "mm")
+    radius = constants["fiducial_radius"]
+    return [Obstacle(f"fiducial {id_}", centres[[row]], radius) for id_, row in _unique(table).items()]
+
+
+def _guide_cameras(folder: Path, constants: dict) -> list[Obstacle]:
+    """A square for each guide camera, along its own axes."""
+    table = read_table(folder / "gfaCoords.csv", InstrumentError)
+    table.require("id")
+    centres = _vectors(table, "xWok", "yWok", "mm")
+    half = constants["guide_camera_side"] / 2
+    i, j = half * _vectors(table, "ix", "iy"), half * _vectors(table, "jx", "jy")
+    corners = np.stack([centres - i - j, centres + i - j, centres + i + j, centres - i + j], axis=1)
+    cameras = zip(table.texts("id"), corners, strict=True)
+    return [Obstacle(f"guide camera {id_}", outline, closed=True) for id_, outline in cameras]

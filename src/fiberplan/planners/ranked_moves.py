@@ -1,0 +1,332 @@
+"""The compiled loop of the greedy fold: every arm in turn takes the first move of its ranking that touches nothing.
+
+Two things make it fast. An arm that has moved m since it was c away from a neighbour is still c - m away at least, so
+each arm carries an allowance up to which it need not look at all (`wake`), and each pair the sum at which it was last
+measured (`known`). And a loop costs nothing for arms that are already folded.
+
+Arms move in turn but the recorded motion is simultaneous. So the arm that moves later tests its move against the
+motions that arms before it make in the same loop, and against the standing poses of those after it; standing still is
+then always safe, and the simultaneous motion is what was tested.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.kernels.arms import frame, motion
+from fiberplan.kernels.clearance import frames_clearance
+from fiberplan.kernels.compile import inlined, kernel, leaf
+from fiberplan.kernels.sweep import swept_clear
+
+FOLDED, STUCK, STALLED, FULL, EXHAUSTED = 0, 1, 2, 3, 4
+"""Why the loop ended: all folded; nothing can move any more; no progress; no room for knots; no loops left."""
+
+# Sayres2021's ranking for (alpha, beta): 1 towards folded, -1 away, 0 hold
+RANKING = np.array([[1, 1], [0, 1], [-1, 1], [1, 0], [-1, 0], [1, -1], [0, -1], [-1, -1]])
+RANKING.setflags(write=False)
+
+
+# What one arm is doing, and what it obeys. Obstacles follow the positioners.
+STATE = np.dtype(
+    [
+        ("alpha", "f8"),  # now [rad]; what every turn needs comes first, to share cache lines
+        ("beta", "f8"),
+        ("folded_alpha", "f8"),  # [rad]
+        ("folded_beta", "f8"),
+        ("step_alpha", "f8"),  # largest turn of each joint in one loop [rad]
+        ("step_beta", "f8"),
+        ("travel", "f8"),  # motion bound so far [mm]
+        ("wake", "f8"),  # travel up to which the arm need not look at its neighbours [mm]
+        ("alpha_before", "f8"),  # at the beginning of the arm's last turn [rad]
+        ("beta_before", "f8"),
+        ("turn", "i8"),  # loop of the arm's last turn
+        ("moved", "f8"),  # motion bound of the arm's last turn [mm]
+        ("contrary", "i8"),  # loop until which the arm's ranking is reversed
+        ("direction", "i8"),  # code of the last move, to record a knot only where it changes
+        ("fresh", "?"),  # its row of `Walk.frames` is that of now
+        ("still", "?"),  # does not move any more: folded, held, an obstacle
+        ("refused", "f8"),  # sum of the neighbours' travel when the arm last found no move, or -1
+        ("blocker", "i8"),  # who last refused the arm its best move, or -1
+        ("first", "i8"),  # neighbours in `Walk.near`
+        ("last", "i8"),  # one past
+        ("lower_alpha", "f8"),
+        ("lower_beta", "f8"),
+        ("upper_alpha", "f8"),
+        ("upper_beta", "f8"),
+    ],
+    align=True,
+)
+NEAR = np.dtype([("arm", "i8"), ("pair", "i8")], align=True)
+KNOT = np.dtype([("owner", "i8"), ("loop", "i8"), ("alpha", "f8"), ("beta", "f8")], align=True)
+
+
+class Walk(NamedTuple):
+    """Where everything stands; mutable, so that the loop can stop and go on."""
+
+    state: np.ndarray  # (n,) STATE
+    frames: np.ndarray  # (n, 8) link frames
+    near: np.ndarray  # (2 m,) NEAR
+    known: np.ndarray  # (m,) clearance + both travels when the pair was last measured [mm]
+    active: np.ndarray  # (n,) positioners not yet folded come first, in order
+    knots: np.ndarray  # (k,) KNOT
+    counters: np.ndarray  # (4,) loop, active arms, knots, loop of the last progress
+    best: np.ndarray  # (1,) least total travel left so far [rad]
+
+
+class Rules(NamedTuple):
+    """What all arms obey."""
+
+    limit: float  # clearance to keep [mm]
+    swept: bool  # test moves over the whole step rather than at its end
+    skip_noops: bool  # a move that changes nothing is no move
+    patience: int  # loops without progress before STALLED
+
+
+@inlined
+def _stepped(q, folded, lower, upper, step, sense):
+    """Joint angle after one step towards folded (1), away from it (-1) or none (0), clamped [rad]."""
+    if sense == 0:
+        return q
+    if sense > 0:
+        return max(q - step, folded) if q > folded else min(q + step, folded)
+    up = q > folded or (q == folded and upper - folded >= folded - lower)
+    return min(q + step, upper) if up else max(q - step, lower)
+
+
+@inlined
+def _turns(me, sense_alpha, sense_beta):
+    """How far both joints turn by a move of the ranking (d_alpha, d_beta) [rad]."""
+    alpha = _stepped(me.alpha, me.folded_alpha, me.lower_alpha, me.upper_alpha, me.step_alpha, sense_alpha)
+    beta = _stepped(me.beta, me.folded_beta, me.lower_beta, me.upper_beta, me.step_beta, sense_beta)
+    return alpha - me.alpha, beta - me.beta
+
+
+@inlined
+def _code(da, db, step_a, step_b):
+    """Direction of a move as a number that is equal for equal velocities; -1 for a clamped, shorter one."""
+    whole_a = da == 0.0 or abs(abs(da) - step_a) <= 1e-9 * step_a
+    whole_b = db == 0.0 or abs(abs(db) - step_b) <= 1e-9 * step_b
+    if not (whole_a and whole_b):
+        return -1
+    return 3 * (0 if da == 0.0 else (1 if da > 0.0 else 2)) + (0 if db == 0.0 else (1 if db > 0.0 else 2))
+
+
+@inlined
+def _frame(arms, walk, i):
+    """Frames of arm i now, computed when first asked for after it moved."""
+    me = walk.state[i]
+    row = walk.frames[i]
+    if not me.fresh:
+        bx, by, ex, ey, c1, s1, c2, s2 = frame(arms, i, me.alpha, me.beta)
+        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] = bx, by, ex, ey, c1, s1, c2, s2
+        me.fresh = True
+    return row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]
+
+
+@leaf
+def _look_around(arms, walk, rules, i, loop, room, measured):
+    """Fill `room` with how far arm i stands from each neighbour during this loop, at least [mm].
+
+    Neighbours are measured nearest first, by what is known from the last look, and only until the nearest of all is a
+    measured one: what is farther may stay a lower bound.
+    """
+    me = walk.state[i]
+    count = me.last - me.first
+    for k in range(count):
+        near = walk.near[me.first + k]
+        room[k] = walk.known[near.pair] - me.travel - walk.state[near.arm].travel - rules.limit
+        measured[k] = False
+    while count > 0:
+        nearest = 0
+        for k in range(1, count):
+            if room[k] < room[nearest]:
+                nearest = k
+        if measured[nearest]:
+            return
+        j, p = walk.near[me.first + nearest].arm, walk.near[me.first + nearest].pair
+        far = frames_clearance(arms, i, _frame(arms, walk, i), j, _frame(arms, walk, j))
+        if walk.state[j].turn == loop:
+            far -= walk.state[j].moved  # j moves in this same loop: earlier in it, it was this much elsewhere
+        walk.known[p] = far + me.travel + walk.state[j].travel
+        room[nearest], measured[nearest] = far - rules.limit, True
+
+
+@leaf
+def _share_room(walk, i, bound, room):
+    """Set how far arm i may travel before it looks again, and see that its neighbours do not count on that room.
+
+    It takes half of the room left to a neighbour that may move too, all of it where the neighbour is done.
+    """
+    me = walk.state[i]
+    share = np.inf
+    for k in range(me.last - me.first):
+        left = max(0.0, room[k] - bound)
+        share = min(share, left if walk.state[walk.near[me.first + k].arm].still else 0.5 * left)
+    for k in range(me.last - me.first):
+        other = walk.state[walk.near[me.first + k].arm]
+        other.wake = min(other.wake, other.travel + max(0.0, room[k] - bound) - share)
+    me.wake = me.travel + bound + share
+
+
+@leaf
+def _quiet(walk, i, loop):
+    """A sum that changes when any neighbour of arm i moves, or -1 if one has moved in this loop already."""
+    me = walk.state[i]
+    total = 0.0
+    for k in range(me.first, me.last):
+        other = walk.state[walk.near[k].arm]
+        if other.turn == loop and other.moved > 0.0:
+            return -1.0
+        total += other.travel
+    return total
+
+
+@leaf
+def _refused_by(arms, walk, rules, i, loop, da, db, bound, room):
+    """The first neighbour that a move of arm i would come too close to, or -1."""
+    me = walk.state[i]
+    for k in range(me.last - me.first):
+        if room[k] >= bound:
+            continue
+        j = walk.near[me.first + k].arm
+        other = walk.state[j]
+        if rules.swept:
+            c, d, dc, dd = other.alpha, other.beta, 0.0, 0.0
+            if other.turn == loop:
+                dc, dd = c - other.alpha_before, d - other.beta_before
+                c, d = other.alpha_before, other.beta_before
+            if not swept_clear(arms, i, me.alpha, me.beta, da, db, j, c, d, dc, dd, rules.limit):
+                return j
+        else:
+            gap = frames_clearance(arms, i, frame(arms, i, me.alpha + da, me.beta + db), j, _frame(arms, walk, j))
+            if not (gap >= rules.limit):
+                return j
+    return -1
+
+
+@leaf
+def _choose(arms, walk, rules, i, loop, room, measured):
+    """The move of arm i in this loop: (d_alpha, d_beta) [rad] and its motion bound [mm]; zeros to stand still."""
+    me = walk.state[i]
+    contrary = loop < me.contrary
+    if me.refused >= 0.0 and not contrary and _quiet(walk, i, loop) == me.refused:
+        return 0.0, 0.0, 0.0  # refused before, and nothing around it has moved since
+    me.refused = -1.0
+    looked = False
+    first_refusal = -1
+    for rank in range(len(RANKING)):
+        place = len(RANKING) - 1 - rank if contrary else rank
+        da, db = _turns(me, RANKING[place, 0], RANKING[place, 1])
+        if da == 0.0 and db == 0.0:
+            if rules.skip_noops:
+                continue
+            break
+        bound = motion(arms, i, da, db)
+        if not looked:
+            if me.travel + bound <= me.wake:
+                return da, db, bound
+            _look_around(arms, walk, rules, i, loop, room, measured)
+            looked = True
+        refusal = _refused_by(arms, walk, rules, i, loop, da, db, bound, room)
+        if refusal < 0:
+            _share_room(walk, i, bound, room)
+            return da, db, bound
+        if first_refusal < 0:
+            first_refusal = me.blocker = refusal
+    if looked:
+        _share_room(walk, i, 0.0, room)
+        me.refused = _quiet(walk, i, loop)
+    return 0.0, 0.0, 0.0
+
+
+@inlined
+def _record(walk, i, loop):
+    """A knot where arm i stands now."""
+    knot = walk.knots[walk.counters[2]]
+    knot.owner, knot.loop = i, loop
+    knot.alpha, knot.beta = walk.state[i].alpha, walk.state[i].beta
+    walk.counters[2] += 1
+
+
+@inlined
+def _advance(arms, walk, rules, i, loop, room, measured):
+    """Arm i takes its turn; returns whether it moved."""
+    me = walk.state[i]
+    da, db = _turns(me, 1, 1)
+    bound = motion(arms, i, da, db)
+    if loop < me.contrary or me.travel + bound > me.wake:
+        da, db, bound = _choose(arms, walk, rules, i, loop, room, measured)
+    code = _code(da, db, me.step_alpha, me.step_beta)
+    if code != me.direction or code < 0:
+        _record(walk, i, loop)
+        me.direction = code
+    me.alpha_before, me.beta_before = me.alpha, me.beta
+    me.turn, me.moved = loop, bound
+    if da == 0.0 and db == 0.0:
+        return False
+    me.alpha = _landed(me.alpha + da, me.folded_alpha, me.lower_alpha, me.upper_alpha)
+    me.beta = _landed(me.beta + db, me.folded_beta, me.lower_beta, me.upper_beta)
+    me.travel += bound
+    me.fresh = False
+    return True
+
+
+@inlined
+def _landed(q, folded, lower, upper):
+    """A joint angle with rounding at its stops removed, so that arrival is exact [rad]."""
+    if abs(q - folded) < 1e-12:
+        return folded
+    if abs(q - lower) < 1e-12:
+        return lower
+    if abs(q - upper) < 1e-12:
+        return upper
+    return q
+
+
+@inlined
+def _retire(walk, loop):
+    """Take the arms that have folded off the active list; returns the travel that is left to the others [rad]."""
+    kept = 0
+    left = 0.0
+    for k in range(walk.counters[1]):
+        i = walk.active[k]
+        me = walk.state[i]
+        away = abs(me.alpha - me.folded_alpha) + abs(me.beta - me.folded_beta)
+        if away == 0.0:
+            _record(walk, i, loop)
+            me.direction, me.still = 0, True
+        else:
+            walk.active[kept] = i
+            kept += 1
+            left += away
+    walk.counters[1] = kept
+    return left
+
+
+@kernel
+def run(arms, walk, rules, last_loop):
+    """Walk until folded, stuck, stalled, out of room for knots or at `last_loop`; returns which."""
+    widest = 0
+    for me in walk.state:
+        widest = max(widest, me.last - me.first)
+    room, measured = np.empty(widest), np.empty(widest, np.bool_)
+    while True:
+        loop = walk.counters[0]
+        if walk.counters[2] + 2 * walk.counters[1] > len(walk.knots):
+            return FULL
+        left = _retire(walk, loop)
+        if walk.counters[1] == 0:
+            return FOLDED
+        if left < walk.best[0] - 1e-9:
+            walk.best[0], walk.counters[3] = left, loop
+        elif loop - walk.counters[3] >= rules.patience:
+            return STALLED
+        if loop >= last_loop:
+            return EXHAUSTED
+        anyone = False
+        for k in range(walk.counters[1]):
+            if _advance(arms, walk, rules, walk.active[k], loop, room, measured):
+                anyone = True
+        walk.counters[0] = loop + 1
+        if not anyone:
+            return STUCK

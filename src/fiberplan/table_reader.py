@@ -1,0 +1,231 @@
+"""Tables that people bring: whatever astropy reads, with errors that name file, row, column and value.
+
+Values are converted to the unit asked for at this door. A CSV file says its units in its headings (``x [mm]``) or in
+comment lines above them (``# x: mm``); rows are counted as lines of the file where it is text, else from 1.
+"""
+
+import csv
+import difflib
+import os
+import re
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from astropy import units as u
+from astropy.table import Table
+from astropy.table.column import Column
+
+from fiberplan.arrays import read_only
+from fiberplan.errors import FiberplanError
+
+_KINDS = {"mm": "a length", "rad": "an angle"}
+_HEADING = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*$")  # x [mm]
+_COMMENT = re.compile(r"#\s*([^:]+?)\s*:\s*(\S.*?)\s*$")  # # x: mm
+
+
+@dataclass(frozen=True, eq=False)
+class InputTable:
+    """A table as read: cells by column, units where the file gives them, and where each row stands in the file."""
+
+    source: str  #: the file, as errors name it
+    columns: Mapping[str, Sequence | np.ndarray]  #: name -> cells: text, or an astropy column
+    units: Mapping[str, str] = field(default_factory=dict)
+    rows: tuple[str, ...] = ()  #: "line 7" or "row 3", one per row
+    error: type[FiberplanError] = FiberplanError  #: what to raise
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.columns
+
+    def require(self, *names: str) -> None:
+        """Refuse a table that lacks one of these columns."""
+        for name in names:
+            if name not in self.columns:
+                raise self.error(f"{self.source}: no column '{name}'; {_list(self.columns, 'it has')}")
+
+    def fail(self, row: int, complaint: str) -> FiberplanError:
+        """The error to raise about a row."""
+        return self.error(f"{self.source}: {self.rows[row]}: {complaint}")
+
+    def texts(self, name: str, blank: str | None = None) -> tuple[str, ...]:
+        """Cells as text, spaces at both ends removed.
+
+        Args:
+            name: of a column that exists.
+            blank: what an empty cell means; None refuses it.
+        """
+        cells = [_text(cell) for cell in self.columns[name]]
+        for row, cell in enumerate(cells):
+            if not cell and blank is None:
+                raise self.fail(row, f"{name} is empty")
+        return tuple(cell or (blank or "") for cell in cells)
+
+    def numbers(
+        self, name: str, unit: str | None = None, default: str | None = None, blank: float | None = None
+    ) -> np.ndarray:
+        """Cells as finite numbers (m,), in `unit`.
+
+        Args:
+            name: of a column that exists.
+            unit: to convert to ("mm", "rad"); None for plain numbers.
+            default: unit of a column that gives none; `unit` if omitted.
+            blank: what an empty or NaN cell means; None refuses it.
+        """
+        values = self._parse(name)
+        bad = ~np.isfinite(values) if blank is None else np.isinf(values)
+        if bad.any():
+            row = int(np.argmax(bad))
+            cell = _text(self.columns[name][row])
+            raise self.fail(row, f"{name} is {values[row]}" if cell else f"{name} is empty")
+        factor = self._factor(name, unit, default or unit)
+        return read_only(np.where(np.isnan(values), np.nan if blank is None else blank, values * factor))
+
+    def _parse(self, name: str) -> np.ndarray:
+        cells = self.columns[name]
+        if isinstance(cells, np.ndarray) and cells.dtype.kind in "fiub":
+            if cells.ndim != 1:
+                raise self.error(f"{self.source}: column '{name}' has {cells.shape[1:]} values a row, expected 1")
+            return np.asarray(np.ma.filled(np.ma.asarray(cells).astype(np.float64), np.nan))
+        values = np.empty(len(self))
+        for row, cell in enumerate(cells):
+            text = _text(cell)
+            try:
+                values[row] = float(text) if text else np.nan
+            except ValueError:
+                raise self.fail(row, f"{name} is '{text}', not a number") from None
+        return values
+
+    def _factor(self, name: str, unit: str | None, default: str | None) -> float:
+        if unit is None:
+            return 1.0
+        given = self.units.get(name) or default
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                parsed = u.Unit(given, parse_strict="raise")
+        except (ValueError, TypeError):
+            raise self.error(f"{self.source}: column '{name}': unknown unit '{given}'") from None
+        try:
+            return float(parsed.to(u.Unit(unit)))
+        except u.UnitConversionError:
+            raise self.error(f"{self.source}: column '{name}': unit '{given}' is not {_KINDS[unit]}") from None
+
+
+def read_table(path: str | os.PathLike, error: type[FiberplanError]) -> InputTable:
+    """Read a table in any format that astropy knows.
+
+    Raises:
+        error: no such file, not a table, truncated, or without rows.
+    """
+    path = Path(path)
+    check_file(path, error)
+    table = _read_csv(path, error) if path.suffix.lower() == ".csv" else _read_any(path, error)
+    if not len(table):
+        raise error(f"{path}: the table has no rows")
+    return table
+
+
+def check_file(path: Path, error: type[FiberplanError]) -> None:
+    """Refuse what is not a file that can be read."""
+    if path.is_dir():
+        raise error(f"{path}: is a folder, expected a file")
+    if not path.exists():
+        raise error(f"{path}: no such file")
+
+
+def read_text(path: Path, error: type[FiberplanError]) -> list[str]:
+    """Lines of a text file."""
+    check_file(path, error)
+    try:
+        return path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise error(f"{path}: is not a text file") from None
+    except OSError as problem:
+        raise error(f"{path}: cannot be read ({(problem.strerror or str(problem)).lower()})") from None
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A question that suggests the closest known name, or nothing if none is close."""
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def one_line(text: object) -> str:
+    """The first line of a message from elsewhere, at most 200 characters of it."""
+    lines = [line.strip() for line in str(text).splitlines() if line.strip()]
+    return lines[0][:200] if lines else type(text).__name__
+
+
+def _read_csv(path: Path, error: type[FiberplanError]) -> InputTable:
+    """A CSV file as text, so that errors can quote it."""
+    numbered = [(k, line) for k, line in enumerate(read_text(path, error), 1) if line.strip()]
+    comments = [line.strip() for _, line in numbered if line.lstrip().startswith("#")]
+    lines = [(k, line) for k, line in numbered if not line.lstrip().startswith("#")]
+    if not lines:
+        raise error(f"{path}: the file is empty")
+    units = {match[1]: match[2] for comment in comments if (match := _COMMENT.match(comment))}
+    try:
+        names, *cells = [next(csv.reader([line], strict=True)) for _, line in lines]
+    except csv.Error as problem:
+        raise error(f"{path}: is not a CSV table ({one_line(problem)})") from None
+    names = [name.strip() for name in names]
+    for k, name in enumerate(names):
+        if match := _HEADING.match(name):
+            names[k], units[match[1]] = match[1], match[2]
+    twice = next((name for k, name in enumerate(names) if name and name in names[:k]), None)
+    if twice is not None:
+        raise error(f"{path}: line {lines[0][0]}: column '{twice}' appears twice")
+    for (number, _), row in zip(lines[1:], cells, strict=True):
+        if len(row) != len(names):
+            raise error(f"{path}: line {number}: {len(row)} values for {len(names)} columns")
+    columns = {name: [row[k] for row in cells] for k, name in enumerate(names)}
+    return InputTable(str(path), columns, units, tuple(f"line {number}" for number, _ in lines[1:]), error)
+
+
+def _read_any(path: Path, error: type[FiberplanError]) -> InputTable:
+    """Any other table, by astropy."""
+    options: dict[str, dict[str, Any]] = {
+        ".ecsv": {"format": "ascii.ecsv"},
+        ".txt": {"format": "ascii"},
+        ".dat": {"format": "ascii"},
+        ".fits": {"format": "fits", "memmap": False},
+    }
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            table = Table.read(path, **options.get(path.suffix.lower(), {}))
+        except Exception as problem:  # each of astropy's readers raises what it likes
+            raise error(f"{path}: cannot be read as a table ({one_line(problem)})") from None
+    if any("truncated" in str(warning.message) for warning in caught):
+        raise error(f"{path}: the file is truncated")
+    names = [name for name in table.colnames if isinstance(table[name], Column | u.Quantity)]  # not sky coordinates
+    columns = {name: np.ma.asarray(table[name].value) for name in names}
+    units = {name: str(table[name].unit) for name in names if table[name].unit is not None}
+    rows = _line_labels(path, len(table)) or tuple(f"row {k + 1}" for k in range(len(table)))
+    return InputTable(str(path), columns, units, rows, error)
+
+
+def _line_labels(path: Path, count: int) -> tuple[str, ...]:
+    """Lines of an ECSV file that hold its rows; none where that cannot be told."""
+    if path.suffix.lower() != ".ecsv":
+        return ()
+    lines = path.read_text(encoding="utf-8").splitlines()
+    holding = [k for k, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    return tuple(f"line {k}" for k in holding[1:]) if len(holding) == count + 1 else ()
+
+
+def _text(cell: object) -> str:
+    if cell is None or cell is np.ma.masked:
+        return ""
+    return (cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)).strip()
+
+
+def _list(names: Iterable[str], before: str) -> str:
+    quoted = [f"'{name}'" for name in names]
+    return f"{before} {', '.join(quoted[:12])}{', ...' if len(quoted) > 12 else ''}"

@@ -1,0 +1,63 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.plan import Outcome, Plan
+from fiberplan.problem import Problem
+from fiberplan.trajectory import Trajectory
+
+SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session")
+def shared_data():
+    """Folder of real focal planes and designs, which the project does not ship."""
+    if not SHARED_DATA.is_dir():
+        pytest.skip(f"real data are not in {SHARED_DATA}")
+    return SHARED_DATA
+
+
+@pytest.fixture
+def calibration(shared_data):
+    return shared_data / "sdss/apo/wok_calibs/sloanFlatCMM"
+
+
+@pytest.fixture
+def conf_summary(shared_data):
+    return shared_data / "sdss/jaeger_test_design/confSummary-test.par"
+
+
+@pytest.fixture
+def small_plane():
+    """Seven positioners, of which the middle one is R0C2."""
+    return FocalPlane.hexagonal(1, 22.4)
+
+
+@pytest.fixture
+def small_plan(small_plane):
+    """All but the offline R+1C2 turn outward by a little, R0C3 has no target and one goal is dropped."""
+    plane = small_plane.replace(online=np.array([True] * 6 + [False]))
+    goal = plane.folded + np.array([0.3, -0.2])
+    goal[4] = np.nan
+    goal[1] = plane.upper[1] + 1.0
+    alternatives = np.full((plane.n, 2, 2), np.nan)
+    alternatives[0, 0] = 1.0, 2.0
+    problem = Problem(
+        plane, plane.folded, goal, 0.1, np.arange(1.0, 8.0), "drop", alternatives, notes=("one is offline",)
+    )
+    end = np.where(np.isnan(problem.goal), problem.start, problem.goal)
+    outcomes = [Outcome.ARRIVED] * 7
+    outcomes[1], outcomes[4], outcomes[6] = Outcome.DROPPED, Outcome.NO_TARGET, Outcome.OFFLINE
+    return Plan(
+        problem,
+        Trajectory.from_samples(np.array([0.0, 1.0]), np.stack([problem.start, end])),
+        tuple(outcomes),
+        planner="greedy-fold",
+        parameters={"step": np.float64(0.1), "skip_noops": True, "relief": None, "sizes": (1, (2.5, "a"))},
+        seed=11,
+        blockers={1: (0, -1), 3: ()},
+        timings={"fold": 0.1 + 0.2},
+        notes=("Größe 1 µm",),
+    )

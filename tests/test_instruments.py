@@ -1,0 +1,160 @@
+import numpy as np
+import pytest
+
+from fiberplan.bodies import Body, Obstacle
+from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.instruments import names
+
+TOML = """
+format = 1
+name = "tiny"
+[grid]
+kind = "hexagonal"
+rings = 1
+pitch = 22.4
+[arm]
+length = 7.4
+[fibers]
+fiber = [15.0, 0.0]
+[joints.alpha]
+lower = 0
+upper = 360
+folded = 0
+speed = 30
+[joints.beta]
+lower = 0
+upper = 180
+folded = 180
+speed = 20
+[[bodies]]
+points = [[0.0, 0.0], [15.0, 0.0]]
+radius = 1.5
+"""
+
+
+@pytest.mark.parametrize(("name", "n", "obstacles"), [("sayres2021", 547, 0), ("sdss", 500, 66), ("hexagonal", 331, 0)])
+def test_built_in(name, n, obstacles):
+    plane = FocalPlane.load(name)
+    assert plane.n == n
+    assert len(plane.obstacles) == obstacles
+    assert plane.name == name
+    assert plane.notes
+    assert np.isfinite(plane.clearance(plane.folded)).all()
+    assert plane.clearance(plane.folded).min() > 0
+    assert name in names()
+
+
+def test_numbers_of_the_papers():
+    plane = FocalPlane.load("sayres2021")
+    np.testing.assert_array_equal(plane.length, 7.4)
+    np.testing.assert_array_equal(plane.fiber[0], [15.0, 0.0])
+    np.testing.assert_allclose(np.degrees(plane.max_speed[0]), 30.0)
+    np.testing.assert_allclose(np.degrees(plane.folded[0]), [0.0, 180.0])
+    np.testing.assert_allclose(np.degrees(FocalPlane.load("sdss").max_speed[0]), 12.0)
+
+
+def test_built_in_sdss_stands_where_the_real_one_does(calibration):
+    nominal, real = FocalPlane.load("sdss"), FocalPlane.load(calibration)
+    assert nominal.ids == real.ids
+    assert np.abs(nominal.base - real.base).max() < 1.0
+    centres = [np.array([o.points.mean(axis=0) for o in plane.obstacles]) for plane in (nominal, real)]
+    assert {o.name for o in nominal.obstacles} == {o.name for o in real.obstacles}
+    where = dict(zip((o.name for o in real.obstacles), centres[1], strict=True))
+    for obstacle, centre in zip(nominal.obstacles, centres[0], strict=True):
+        assert np.hypot(*(where[obstacle.name] - centre)) < 2.0
+
+
+def test_definition(tmp_path):
+    path = tmp_path / "tiny.toml"
+    path.write_text(TOML)
+    plane = FocalPlane.load(path)
+    assert plane.ids == FocalPlane.hexagonal(1, 22.4).ids
+    np.testing.assert_allclose(np.degrees(plane.max_speed[0]), [30, 20])
+    assert plane.bodies[0].radius == 1.5
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("upper = 360", "upper = -360", r"joints.alpha: lower 0 deg is above upper -360 deg"),
+        ("folded = 180", "folded = 181", r"joints.beta: folded 181 deg is outside 0 to 180 deg"),
+        ("pitch = 22.4", "pitch = 0", r"grid.pitch = 0: input should be greater than 0"),
+        ("pitch = 22.4", "pitch = nan", r"grid.pitch = nan: input should be a finite number"),
+        ("pitch = 22.4", "", r"grid.pitch: is missing"),
+        ("pitch = 22.4", "pitch = 22.4\nptich = 3", r"grid.ptich: no such field"),
+        ("pitch = 22.4", 'pitch = "wide"', r"grid.pitch = 'wide': input should be a valid number"),
+        ("pitch = 22.4", 'pitch = 22.4\nempty = ["R1C1"]', r"grid.empty: the grid has no hole 'R1C1'; did you mean 'R"),
+        ("pitch = 22.4", "pitch = = 22.4", r"not valid TOML: .*line 7"),
+        ("radius = 1.5", "radius = -1.5", r"bodies.0.radius = -1.5"),
+        ("format = 1", "format = 2", r"format = 2"),
+    ],
+)
+def test_bad_definition_names_the_field(tmp_path, old, new, message):
+    path = tmp_path / "bad.toml"
+    path.write_text(TOML.replace(old, new))
+    with pytest.raises(InstrumentError, match=message) as caught:
+        FocalPlane.load(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_square_obstacle_faces_the_middle(tmp_path):
+    path = tmp_path / "tiny.toml"
+    path.write_text(TOML + '[[obstacles]]\nname = "c"\nsquare = { distance = 100.0, angle = 90.0, side = 10.0 }\n')
+    obstacle = FocalPlane.load(path).obstacles[0]
+    assert obstacle.closed
+    np.testing.assert_allclose(sorted(obstacle.points.tolist()), [[-5, 95], [-5, 105], [5, 95], [5, 105]])
+
+
+def rich_plane():
+    rng = np.random.default_rng(1)
+    plane = FocalPlane.hexagonal(1, 22.4)
+    return plane.replace(
+        name="Prüfstand",
+        base=plane.base + rng.normal(size=(7, 2)),
+        zero=rng.normal(size=(7, 2)),
+        online=np.array([True, False] * 3 + [True]),
+        fiber_offsets={"metrology": rng.normal(14.0, size=(7, 2)), "boss": rng.normal(size=(7, 2))},
+        pair_margin=0.1 + 0.2,
+        notes=("from a test", "Maße in mm"),
+        bodies=(
+            Body(
+                rng.normal(size=(7, 3, 2)), rng.random(7), closed=True, category="höher", meets=("höher", "b"), name="x"
+            ),
+            Body(np.array([[0.0, 0.0]]), 0.3, link="alpha", category="b", meets=None, name="y"),
+            Body(np.array([[0.0, 0.0], [1.0, 2.0]]), rng.random(7), link="base", meets=(), name="z"),
+        ),
+        obstacles=(Obstacle("dot", [[1.0, 2.0]], 0.5), Obstacle("edge", [[90.0, 0], [90, 9], [99, 9]], closed=True)),
+    )
+
+
+def assert_same_plane(a, b):
+    assert (a.ids, a.name, a.pair_margin, a.notes) == (b.ids, b.name, b.pair_margin, b.notes)
+    for field in ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online"):
+        np.testing.assert_array_equal(getattr(a, field), getattr(b, field))
+        assert getattr(b, field).dtype.isnative
+        assert not getattr(b, field).flags.writeable
+    assert list(a.fiber_offsets) == list(b.fiber_offsets)
+    for name, offset in a.fiber_offsets.items():
+        np.testing.assert_array_equal(offset, b.fiber_offsets[name])
+    assert len(a.bodies) == len(b.bodies)
+    assert len(a.obstacles) == len(b.obstacles)
+    for left, right in zip((*a.bodies, *a.obstacles), (*b.bodies, *b.obstacles), strict=True):
+        about = [(s.name, s.closed, s.category, s.meets, getattr(s, "link", None)) for s in (left, right)]
+        assert about[0] == about[1]
+        points = np.broadcast_to(right.points, np.broadcast_shapes(left.points.shape, right.points.shape))
+        np.testing.assert_array_equal(np.broadcast_to(left.points, points.shape), points)
+        np.testing.assert_array_equal(*np.broadcast_arrays(left.radius, right.radius))
+
+
+@pytest.mark.parametrize("make", [rich_plane, lambda: FocalPlane.load("sdss"), lambda: FocalPlane.hexagonal(0, 1.0)])
+def test_tables_round_trip_exactly(tmp_path, make):
+    plane = make()
+    plane.write(tmp_path / "plane.fits")
+    assert_same_plane(plane, FocalPlane.load(tmp_path / "plane.fits"))
+
+
+def test_a_plan_file_is_an_instrument_too(tmp_path, small_plan):
+    small_plan.write(tmp_path / "plan.fits")
+    assert_same_plane(small_plan.problem.plane, FocalPlane.load(tmp_path / "plan.fits"))

@@ -1,0 +1,111 @@
+"""What a newcomer meets first: the README's commands and code, one version, a Makefile that keeps its word."""
+
+import importlib
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import fiberplan
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+MAKEFILE = (ROOT / "Makefile").read_text()
+
+
+def test_readme_code_runs(tmp_path, monkeypatch, capsys):
+    (block,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "README.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert "arrived in" in printed
+    assert "safe: smallest proven clearance" in printed
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["field.fits", "field.html"]
+
+
+def test_readme_names_only_commands_that_exist():
+    from typer.main import get_command
+
+    from fiberplan.cli.app import app
+
+    named = re.findall(r"(?:^|`)fiberplan\s([a-z]+)", README, flags=re.MULTILINE)
+    assert set(named) == set(get_command(app).commands) - {"demo"}  # which is `make demo`
+    targets = set(re.findall(r"^([a-z]+):", MAKEFILE, flags=re.MULTILINE))
+    assert set(re.findall(r"\bmake ([a-z]+)\b(?=`|  )", README)) <= targets
+
+
+@pytest.mark.parametrize("link", re.findall(r"\]\(((?!http)[^)]+)\)", README))
+def test_readme_links_lead_somewhere(link):
+    assert (ROOT / link).exists()
+
+
+def test_ci_runs_what_the_readme_tells():
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+    (command,) = re.findall(r"^make (.+)$", (ROOT / ".ci" / "run").read_text(), flags=re.MULTILINE)
+    for target in command.split():
+        assert f"make {target}" in README
+
+
+def test_one_version_everywhere():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["version"] == fiberplan.__version__
+    assert f"version: {fiberplan.__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"## [{fiberplan.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_public_names_can_be_had():
+    for name in fiberplan.__all__:
+        assert getattr(fiberplan, name) is not None
+    assert set(fiberplan.__all__) <= set(dir(fiberplan))
+    with pytest.raises(AttributeError, match="no attribute 'Fokal'"):
+        _ = fiberplan.Fokal
+
+
+def test_lazy_names_are_the_declared_ones():
+    text = (ROOT / "src" / "fiberplan" / "__init__.py").read_text()
+    declared = re.findall(r"^    from fiberplan\.(\w+) import (.+)$", text, flags=re.MULTILINE)
+    homes = {name: module for module, names in declared for name in names.split(", ")}
+    assert homes == fiberplan._HOME
+    assert {*homes, "planners"} == set(fiberplan.__all__)
+
+
+def test_help_does_not_wait_for_the_compiler():
+    check = "from fiberplan.cli.app import run; import sys; run(['--help']); sys.exit('numba' in sys.modules)"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    assert subprocess.run([sys.executable, "-c", check], stdout=subprocess.DEVNULL, env=environment).returncode == 0
+
+
+def test_every_module_is_imported_without_side_effects(capsys):
+    for path in (ROOT / "src" / "fiberplan").rglob("*.py"):
+        parts = path.relative_to(ROOT / "src").with_suffix("").parts
+        if parts[-1] != "__main__":
+            importlib.import_module(".".join(parts).removesuffix(".__init__"))
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A project that make takes for built, with one kernel and its compiled cache."""
+    (tmp_path / "Makefile").write_text(MAKEFILE)
+    (tmp_path / "pyproject.toml").touch()
+    for name in (".venv/bin/python", "src/fiberplan/kernels/one.py", "src/fiberplan/kernels/__pycache__/one.nbi"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("@kernel\n")
+    (tmp_path / "src/fiberplan/other.py").touch()
+    subprocess.run(["make", "-s", ".venv/.kernels"], cwd=tmp_path, check=True)
+    (tmp_path / "src/fiberplan/kernels/__pycache__/one.nbi").touch()
+    return tmp_path
+
+
+@pytest.mark.parametrize(("changed", "kept"), [("kernels/one.py", False), ("other.py", True)])
+def test_compiled_kernels_go_when_any_kernel_changes(tree, changed, kept):
+    stamp = tree / ".venv/.kernels"
+    later = stamp.stat().st_mtime + 10
+    os.utime(tree / "src/fiberplan" / changed, (later, later))
+    subprocess.run(["make", "-s", ".venv/.kernels"], cwd=tree, check=True)
+    assert (tree / "src/fiberplan/kernels/__pycache__/one.nbi").exists() == kept

@@ -1,0 +1,175 @@
+"""The page as a file: self-contained, inert to what ids and notes contain, whole or not at all."""
+
+import base64
+import json
+import re
+
+import numpy as np
+import pytest
+
+from fiberplan.bodies import Body, Obstacle
+from fiberplan.errors import PlanError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.plan import Outcome, Plan
+from fiberplan.problem import Dropped, Problem
+from fiberplan.trajectory import Trajectory
+from fiberplan.visuals import show
+from fiberplan.visuals.page import SCRIPTS, render
+from fiberplan.visuals.page_data import page_data, proven_clearance
+
+HOSTILE = '</script><img src=x onerror="window.hit=1">&amp;<!--'
+CENTRE, RIGHT = 9, 10  # of the second ring's middle row
+LOST, OFFLINE, IDLE, STUCK = 0, 4, 7, 12
+
+
+def small_plan(touching: bool = False, **changes) -> Plan:
+    """19 positioners of which one is offline, one idle, one dropped and one stuck; the middle two may collide."""
+    plane = FocalPlane.hexagonal(2, 22.4, name="small array")
+    online = np.ones(plane.n, bool)
+    online[OFFLINE] = False
+    fiducial = Obstacle("F1", plane.base[[4, 5, 9]].mean(axis=0)[None], 1.0)
+    plane = plane.replace(**({"online": online, "obstacles": (fiducial,)} | changes))
+    rng = np.random.default_rng(5)
+    goal = np.stack([rng.uniform(0, 2 * np.pi, plane.n), rng.uniform(2.75, 3.1, plane.n)], axis=1)
+    goal[IDLE] = np.nan
+    lost = {LOST: Dropped(f"its goal touches something at rest: {HOSTILE}", (1, -1))}
+    problem = Problem(
+        plane, plane.folded, goal, margin=0.5, conflicts="drop", dropped=lost, notes=("beta <b>assumed</b>",)
+    )
+    rest = dict.fromkeys(problem.dropped, Outcome.DROPPED) | {
+        OFFLINE: Outcome.OFFLINE,
+        IDLE: Outcome.NO_TARGET,
+        STUCK: Outcome.DEADLOCKED,
+    }
+    outcomes = tuple(rest.get(i, Outcome.ARRIVED) for i in range(plane.n))
+    end = np.where([[o is Outcome.ARRIVED] for o in outcomes], problem.goal, problem.start)
+    motion = Trajectory.from_samples(np.array([0.0, 16.0]), np.stack([problem.start, end]))
+    if touching:
+        out = problem.start.copy()
+        out[CENTRE] = (0.0, 0.35)  # onto the folded arm to its right
+        there_and_back = np.stack([problem.start, out, problem.start])
+        motion = Trajectory.from_samples(np.array([0.0, 6.0, 12.0]), there_and_back).then(motion)
+    return Plan(
+        problem, motion, outcomes, "greedy-fold", {"step": "1 deg"}, blockers={STUCK: (8, -1)}, timings={"fold": 0.02}
+    )
+
+
+def still_plan() -> Plan:
+    """19 positioners, none of which can move."""
+    plane = FocalPlane.hexagonal(2, 22.4).replace(online=np.zeros(19, bool))
+    problem = Problem(plane, plane.folded, np.full((plane.n, 2), np.nan))
+    return Plan(problem, Trajectory.at_rest(plane.folded), (Outcome.OFFLINE,) * plane.n, "none")
+
+
+MIXED = (
+    Body(np.array([[0.0, 0.0], [15.0, 0.0]]), 1.2),
+    Body(
+        np.array([[14.0, -2.0], [18.0, -2.0], [16.0, 0.0], [18.0, 2.0], [14.0, 2.0]]), 0.3, closed=True, name="holder"
+    ),
+    Body(np.array([[0.0, 0.0]]), np.linspace(1.0, 2.0, 19), link="alpha", name="hub"),
+    Body(np.array([[0.0, 3.0]]), 1.0, link="base", category="plate", meets=("arm",), name="post"),
+    Body(np.tile([[2.0, 1.0], [4.0, 2.0], [6.0, 1.0]], (19, 1, 1)), 0.4, category="cable", meets=(), name="cable"),
+)
+
+
+def test_page_asks_for_nothing_else(tmp_path):
+    show(small_plan(), tmp_path / "field.html")
+    text = (tmp_path / "field.html").read_bytes().decode("ascii")
+    assert not re.findall(r"https?://(?!www\.w3\.org/)", text)
+    assert not re.findall(r"@import|url\(|<(?:img|iframe|object|script src)", text)
+    assert "default-src 'none'" in text
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["field.html"]
+
+
+def test_strings_from_files_are_inert():
+    ids = (HOSTILE, *small_plan().problem.plane.ids[1:])
+    text = render(small_plan(ids=ids, name=f"array {HOSTILE}")).decode()
+    assert "<img" not in text
+    assert "<b>assumed" not in text
+    assert text.count("</script>") == 2
+    embedded = json.loads(re.search(r'id="plan">(.*?)</script>', text, re.DOTALL).group(1))
+    assert embedded["ids"][0] == HOSTILE
+    assert embedded["notes"] == ["beta <b>assumed</b>"]
+
+
+def test_ids_beyond_ascii_and_unpaired_surrogates_can_be_written(tmp_path):
+    ids = ("\udc80 \u2028 \u03b1", *small_plan().problem.plane.ids[1:])
+    show(small_plan(ids=ids, name="Teleskop \udc80 β"), tmp_path / "field.html")
+    assert (tmp_path / "field.html").stat().st_size > 10_000
+
+
+def test_data_is_the_plan():
+    plan = small_plan(touching=True)
+    data = page_data(plan)
+
+    def floats(key, dtype):
+        return np.frombuffer(base64.b64decode(data[key]), dtype)
+
+    np.testing.assert_array_equal(floats("offsets", "<u4"), plan.trajectory.offsets)
+    np.testing.assert_allclose(floats("angles", "<f4").reshape(-1, 2), plan.trajectory.angles, atol=1e-6)
+    names = [outcome["meaning"] for outcome in data["outcomes"]]
+    assert [names[k] for k in floats("outcome", "u1")] == [outcome.value for outcome in plan.outcomes]
+    assert data["blockers"] == {str(STUCK): [8, -1], str(LOST): [1, -1]}
+    goal = floats("goal", "<f4").reshape(-1, 2)
+    np.testing.assert_allclose(goal[LOST], plan.problem.plane.fibers(plan.problem.requested)[LOST], atol=1e-4)
+    assert np.isnan(goal[IDLE]).all()
+    assert [contact["pair"] for contact in data["certificate"]["contacts"]] == [
+        list(c.pair) for c in plan.certificate.contacts
+    ]
+
+
+def test_proven_clearance_names_the_tightest_neighbour():
+    plan = small_plan(touching=True)
+    smallest, partner = proven_clearance(plan)
+    assert plan.certificate.contacts[0].pair == (CENTRE, RIGHT)
+    assert partner[CENTRE] == RIGHT
+    assert partner[RIGHT] == CENTRE
+    assert smallest[CENTRE] == smallest[RIGHT] < 0
+    for k, (i, j) in enumerate(plan.certificate.pairs):
+        assert (
+            max(smallest[i], smallest[j]) <= plan.certificate.clearance[k]
+            or not plan.problem.plane.online[[i, j]].any()
+        )
+
+
+def test_clearance_of_two_that_cannot_move_is_no_merit_of_the_plan():
+    still = still_plan()
+    assert np.isinf(proven_clearance(still)[0]).all()
+    assert page_data(still)["certificate"]["smallest"] is None
+    assert render(still)
+
+
+@pytest.mark.parametrize(("touching", "words"), [(False, "Proven safe"), (True, "Not safe: 1 contact at")])
+def test_statement(touching, words):
+    assert page_data(small_plan(touching))["certificate"]["statement"].startswith(words)
+
+
+def test_five_thousand_positioners_stay_light():
+    plane = FocalPlane.hexagonal(40, 22.4)
+    problem = Problem(plane, plane.folded * [1.0, 0.9], np.full((plane.n, 2), np.nan))
+    times = np.linspace(0, 20, 12)
+    motion = Trajectory.from_samples(times, plane.folded * [1.0, 0.9] + 0.01 * times[:, None, None])
+    plan = Plan(problem, motion, (Outcome.NO_TARGET,) * plane.n, "none")
+    assert plane.n == 4921
+    assert len(render(plan)) < 3e6
+
+
+def test_unwritable_page_is_one_line_and_leaves_nothing(tmp_path):
+    with pytest.raises(PlanError, match=r"field\.html: cannot be written \(no such file or directory\)") as error:
+        show(small_plan(), tmp_path / "missing" / "field.html")
+    assert "\n" not in str(error.value)
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(PlanError, match="is a directory"):
+        show(small_plan(), tmp_path / "folder")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder"]
+
+
+def test_same_plan_same_page():
+    assert render(small_plan()) == render(small_plan())
+
+
+def test_assets_are_ascii_and_name_their_model():
+    from importlib.resources import files
+
+    for name in SCRIPTS:
+        assert files("fiberplan.visuals").joinpath("assets", name).read_text("ascii").startswith("// ")

@@ -1,0 +1,197 @@
+import io
+
+import numpy as np
+import pytest
+from astropy.io import fits
+
+from fiberplan.certificates import Certificate, Contact
+from fiberplan.errors import PlanError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.plan import Outcome, Plan
+from fiberplan.plan_file import plan_bytes, read_certificate
+from fiberplan.problem import Problem
+from fiberplan.trajectory import Trajectory
+
+
+@pytest.fixture
+def path(tmp_path, small_plan):
+    small_plan.write(tmp_path / "plan.fits")
+    return tmp_path / "plan.fits"
+
+
+def edit(path, change):
+    """Change a plan file through astropy, as a well-meaning person might."""
+    with fits.open(io.BytesIO(path.read_bytes())) as hdul:
+        change(hdul)
+        hdul.writeto(path, overwrite=True)
+
+
+def test_everything_round_trips(path, small_plan):
+    plan, again = small_plan, Plan.read(path)
+    problem, read = plan.problem, again.problem
+    for name in ("start", "goal", "requested", "priority", "alternatives"):
+        np.testing.assert_array_equal(getattr(problem, name), getattr(read, name))
+    for name in ("margin", "conflicts", "notes", "dropped"):
+        assert getattr(problem, name) == getattr(read, name)
+    for name in ("offsets", "times", "angles"):
+        np.testing.assert_array_equal(getattr(plan.trajectory, name), getattr(again.trajectory, name))
+    for name in (
+        "outcomes",
+        "planner",
+        "parameters",
+        "seed",
+        "blockers",
+        "timings",
+        "notes",
+        "makespan",
+        "lower_bound",
+    ):
+        assert getattr(plan, name) == getattr(again, name)
+    assert problem.dropped[1].cause.startswith("out of reach")
+    np.testing.assert_array_equal(problem.plane.online, read.plane.online)
+    assert plan_bytes(plan) == plan_bytes(again) == path.read_bytes()
+
+
+def test_arrays_are_native_and_read_only(path):
+    plan = Plan.read(path)
+    for array in (plan.trajectory.angles, plan.trajectory.times, plan.problem.goal, plan.problem.requested):
+        assert array.dtype == np.float64
+        assert array.dtype.isnative
+        assert not array.flags.writeable
+    assert plan.trajectory.offsets.dtype == np.int64
+
+
+def test_columns_carry_units(path):
+    with fits.open(path) as hdul:
+        assert {hdu.name for hdu in hdul[1:]} >= {
+            *("POSITIONERS", "KNOTS", "OBSTACLES", "BODIES", "PROBLEM", "CERTIFICATE", "PARAMETERS")
+        }
+        assert hdul["KNOTS"].columns["time"].unit == "s"
+        assert hdul["KNOTS"].columns["alpha"].unit == "rad"
+        assert hdul["POSITIONERS"].columns["base_x"].unit == "mm"
+        assert hdul["POSITIONERS"].columns["max_speed_beta"].unit == "rad/s"
+        assert hdul["PROBLEM"].data["outcome"][0] == "ARRIVED"
+
+
+def test_stored_certificate_is_a_record(path, small_plan):
+    stored, proof = read_certificate(path), small_plan.certificate
+    assert str(stored) == str(proof)
+    for name in ("pairs", "clearance", "obstacle_pairs", "obstacle_clearance"):
+        np.testing.assert_array_equal(getattr(stored, name), getattr(proof, name))
+    assert "certificate" not in Plan.read(path).__dict__
+
+
+def test_certificate_of_an_unsafe_motion(tmp_path, small_plan):
+    proof = Certificate(
+        margin=0.1,
+        jitter=0.0,
+        position_error=0.0,
+        pairs=np.array([[0, 1]]),
+        clearance=np.array([-np.inf]),
+        obstacle_pairs=np.empty((0, 2), np.int64),
+        obstacle_clearance=np.empty(0),
+        contacts=(Contact((0, -1), 0.25, -0.5),),
+        undecided=(Contact((0, 1), 0.5, 0.1),),
+        violations=("positioner 'R0C1': too fast by 1 µrad/s",),
+        resting=(Contact((2, 6), 0.0, -1.0),),
+    )
+    small_plan.__dict__["certificate"] = proof
+    small_plan.write(tmp_path / "plan.fits")
+    stored = read_certificate(tmp_path / "plan.fits")
+    for name in ("margin", "contacts", "undecided", "violations", "resting", "ok"):
+        assert getattr(stored, name) == getattr(proof, name)
+    np.testing.assert_array_equal(stored.clearance, [-np.inf])
+
+
+def test_reading_decides_nothing_again(tmp_path):
+    plane = FocalPlane.hexagonal(1, 22.4)
+    goal = plane.folded.copy()
+    goal[3], goal[4] = (0.0, 0.0), (np.pi, 0.0)  # the arms meet halfway
+    problem = Problem(plane, plane.folded, goal, conflicts="drop")
+    assert len(problem.dropped) == 1
+    outcomes = tuple(Outcome.DROPPED if i in problem.dropped else Outcome.DEADLOCKED for i in range(plane.n))
+    Plan(problem, Trajectory.at_rest(problem.start), outcomes, "none").write(tmp_path / "plan.fits")
+    again = Plan.read(tmp_path / "plan.fits").problem
+    assert again.dropped == problem.dropped
+    assert again.alternatives is None
+    np.testing.assert_array_equal(again.requested, goal)
+    np.testing.assert_array_equal(again.goal, problem.goal)
+
+
+def test_swapped_rows_are_noticed(path):
+    def swap(hdul):
+        table = hdul["KNOTS"].data
+        table["alpha"][[1, 3]] = table["alpha"][[3, 1]]
+
+    edit(path, swap)
+    with pytest.raises(PlanError, match="is damaged"):
+        Plan.read(path)
+
+
+def test_a_changed_unit_is_noticed(path):
+    edit(path, lambda hdul: hdul["KNOTS"].header.set("TUNIT2", "min"))
+    with pytest.raises(PlanError, match="is damaged"):
+        Plan.read(path)
+
+
+@pytest.mark.parametrize("part", [0.2, 0.6, 0.95])
+def test_truncated(path, part):
+    content = path.read_bytes()
+    path.write_bytes(content[: int(len(content) * part)])
+    with pytest.raises(PlanError, match="truncated or damaged") as caught:
+        Plan.read(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_one_table_short(path):
+    edit(path, lambda hdul: hdul.pop())
+    with pytest.raises(PlanError, match="damaged"):
+        Plan.read(path)
+
+
+def test_newer_format_is_refused(path):
+    edit(path, lambda hdul: hdul[0].header.set("FPFORMAT", 2))
+    with pytest.raises(PlanError, match=r"plan.fits: is in plan format 2, this fiberplan reads formats up to 1"):
+        Plan.read(path)
+
+
+def test_other_files(tmp_path, small_plane):
+    with pytest.raises(PlanError, match="no such file"):
+        Plan.read(tmp_path / "none.fits")
+    (tmp_path / "text.fits").write_text("positioner,alpha,beta\n")
+    with pytest.raises(PlanError, match="is not a FITS file"):
+        Plan.read(tmp_path / "text.fits")
+    small_plane.write(tmp_path / "plane.fits")
+    with pytest.raises(PlanError, match="is not a plan"):
+        Plan.read(tmp_path / "plane.fits")
+    with pytest.raises(PlanError, match="is a folder"):
+        Plan.read(tmp_path)
+
+
+def test_a_failed_write_leaves_nothing_and_spoils_nothing(tmp_path, small_plan, monkeypatch):
+    with pytest.raises(PlanError, match=r"none/plan.fits: cannot be written \(no such file or directory\)"):
+        small_plan.write(tmp_path / "none" / "plan.fits")
+    with pytest.raises(PlanError, match="cannot be written"):
+        small_plan.write(tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(PlanError, match="cannot be written"):
+        small_plan.write(tmp_path / "file" / "plan.fits")
+
+    target = tmp_path / "plan.fits"
+    target.write_bytes(b"before")
+
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.replace", refuse)
+    with pytest.raises(PlanError, match="permission denied"):
+        small_plan.write(target)
+    assert target.read_bytes() == b"before"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "plan.fits"]
+
+
+def test_parameters_that_json_cannot_hold_are_a_bug_not_a_loss(tmp_path, small_plan):
+    object.__setattr__(small_plan, "parameters", {"what": object()})
+    with pytest.raises(TypeError, match="cannot be stored"):
+        small_plan.write(tmp_path / "plan.fits")
+    assert not list(tmp_path.iterdir())
