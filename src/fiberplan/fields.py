@@ -4,35 +4,7 @@ import numpy as np
 
 from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.clearance import frames_clearance
-from fiberplan.kernels.arms import frame
-from fiberplan.kernels.compile import kernel, leaf
-from fiberplan.kernels.neighbours import adjacency
-
-
-@leaf
-def _first_contact(arms, angles, offsets, neighbour, i, limit):
-    """First neighbour that arm i does not clear by `limit` [mm], or -1."""
-    frame_i = frame(arms, i, angles[i, 0], angles[i, 1])
-    for k in range(offsets[i], offsets[i + 1]):
-        j = neighbour[k]
-        gap = frames_clearance(arms, i, frame_i, j, frame(arms, j, angles[j, 0], angles[j, 1]))
-        if not (gap >= limit):
-            return j
-    return -1
-
-
-@kernel
-def _touching(arms, angles, offsets, neighbour, limit):
-    """Arms that touch a neighbour of lower number, in order: redrawing these alone can clear the field."""
-    out = np.empty(len(offsets) - 1, np.int64)
-    count = 0
-    for i in range(len(offsets) - 1):
-        j = _first_contact(arms, angles, offsets, neighbour, i, limit)
-        if j >= 0:
-            out[count] = i
-            count += 1
-    return out[:count].copy()
+from fiberplan.neighbourhood import Neighbourhood, touching
 
 
 def random_configuration(plane: FocalPlane, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
@@ -73,15 +45,12 @@ def uniform_field(
     online = np.flatnonzero(plane.online)
     angles[online] = random_configuration(plane, rng, online)
     limit = margin + 2e-3  # clear of what `Problem` asks for
-    pairs = plane.arm_pairs_within(limit)
-    offsets, neighbour, _ = adjacency(len(plane.arms.arm), pairs)
-    offsets = offsets[: plane.n + 1].copy()
+    near = Neighbourhood.of(plane, margin)
     for _ in range(most_rounds):
-        everyone = plane.with_obstacles(angles)
-        touching = _touching(plane.arms, everyone, offsets, neighbour, limit)
-        touching = touching[plane.online[touching]]
-        if not len(touching):
+        contact = touching(plane.arms, near, plane.with_obstacles(angles), online, limit)
+        bad = online[contact >= 0]
+        if not len(bad):
             return read_only(angles)
-        redrawn = touching if len(touching) < 3 else touching[rng.random(len(touching)) < 0.5]
+        redrawn = bad if len(bad) < 3 else bad[rng.random(len(bad)) < 0.5]
         angles[redrawn] = random_configuration(plane, rng, redrawn)
     raise ValueError(f"no contact-free field at margin {margin} mm within {most_rounds} rounds")

@@ -119,21 +119,23 @@ def box_pairs(position, reach, box, gap):
     return pairs[:count].copy()
 
 
+NEAR = np.dtype([("arm", "i8"), ("pair", "i8")], align=True)  # a neighbour, and which pair it makes
+
+
 @kernel
-def adjacency(n, pairs):
-    """Pairs as neighbour lists: (offsets (n + 1,), neighbour (2 m,), pair index (2 m,)), each list in pair order."""
+def neighbour_lists(n, pairs):
+    """Pairs as lists: those of arm i are near[offsets[i]:offsets[i + 1]], in pair order; (offsets, near)."""
     offsets = np.zeros(n + 1, np.int64)
     for k in range(len(pairs)):
         offsets[pairs[k, 0] + 1] += 1
         offsets[pairs[k, 1] + 1] += 1
     offsets = np.cumsum(offsets)
     filled = offsets[:-1].copy()
-    neighbour = np.empty(2 * len(pairs), np.int64)
-    index = np.empty(2 * len(pairs), np.int64)
+    near = np.empty(2 * len(pairs), NEAR)
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
-        neighbour[filled[i]], index[filled[i]] = j, k
+        near[filled[i]].arm, near[filled[i]].pair = j, k
         filled[i] += 1
-        neighbour[filled[j]], index[filled[j]] = i, k
+        near[filled[j]].arm, near[filled[j]].pair = i, k
         filled[j] += 1
-    return offsets, neighbour, index
+    return offsets, near

@@ -3,36 +3,17 @@
 `Walker` owns the arrays that the compiled loop works on; it can be run, nudged and run again.
 """
 
-from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.neighbours import adjacency
 from fiberplan.kernels.sweep import SLACK
+from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.planners import ranked_moves
-from fiberplan.planners.ranked_moves import FULL, KNOT, NEAR, STATE, Rules, Walk
+from fiberplan.planners.ranked_moves import FULL, KNOT, STATE, Rules, Walk
 from fiberplan.trajectory import Trajectory
 
 SPEED_ALLOWANCE = 1.0 - 1e-9  #: plan a little below the limit, so that rounding never exceeds it
-
-
-class Neighbourhood(NamedTuple):
-    """Pairs of arms that could touch at a margin, as lists; worth making once per focal plane and margin."""
-
-    pairs: int  #: how many
-    offsets: np.ndarray  #: (arms + 1,) neighbours of arm i are near[offsets[i]:offsets[i + 1]]
-    near: np.ndarray  #: (2 pairs,) NEAR
-
-    @classmethod
-    def of(cls, plane: FocalPlane, margin: float) -> "Neighbourhood":
-        """Neighbour lists of all arms, obstacles included, that could come within `margin` [mm] plus a little."""
-        pairs = plane.arm_pairs_within(margin + 1e-3)
-        offsets, neighbour, index = adjacency(len(plane.arms.arm), pairs)
-        near = np.empty(len(neighbour), NEAR)
-        near["arm"], near["pair"] = neighbour, index
-        return cls(len(pairs), read_only(offsets, np.int64), read_only(near, NEAR))
 
 
 class Walker:

@@ -56,7 +56,6 @@ STATE = np.dtype(
     ],
     align=True,
 )
-NEAR = np.dtype([("arm", "i8"), ("pair", "i8")], align=True)
 KNOT = np.dtype([("owner", "i8"), ("loop", "i8"), ("alpha", "f8"), ("beta", "f8")], align=True)
 
 

@@ -13,7 +13,7 @@ from fiberplan.kernels.arms import frame, motion
 from fiberplan.kernels.clearance import frames_clearance
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.sweep import SLACK
-from fiberplan.planners.greedy_walk import Neighbourhood
+from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.trajectory import Trajectory
 
 KNOT = np.dtype([("time", "f8"), ("alpha", "f8"), ("beta", "f8")], align=True)

@@ -1,0 +1,5 @@
+"""``python -m fiberplan``: the command line."""
+
+from fiberplan.cli import main
+
+main()

@@ -1,0 +1,198 @@
+"""Joint search for a few positioners that are in each other's way, everyone else standing still.
+
+RRT-Connect (Kuffner and LaValle, ICRA 2000) in the joint space of all of them at once: two trees, from where they stand
+and from where they should be, grow towards random configurations and towards each other. Distance is travel time. An
+edge is an even move of all members together, tested over its whole length. No proof comes of failure.
+"""
+
+import numpy as np
+
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.kernels.compile import inlined, kernel, leaf
+from fiberplan.kernels.sweep import SLACK, swept_clear
+from fiberplan.neighbourhood import Neighbourhood
+
+_STEP = np.radians(8.0)  # of the fastest joint, for one edge
+_NODES = 3000  # of both trees; a search that needs more has failed
+_GOAL_BIAS = 0.1
+
+
+@inlined
+def _random(state):
+    """Uniform in [0, 1) from a splitmix64 generator whose state is state[0] (the same on every platform)."""
+    state[0] += np.uint64(0x9E3779B97F4A7C15)
+    z = state[0]
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return float(z >> np.uint64(11)) / 9007199254740992.0
+
+
+@leaf
+def _edge_is_clear(arms, near, rest, members, place, p, q, limit):
+    """Whether the members may move evenly together from p to q (2 k,), past each other and all who rest.
+
+    `place[i]` is the place of arm i among the members, or -1; `rest` (n, 2) is where the others stand.
+    """
+    for a in range(len(members)):
+        i = members[a]
+        da, db = q[2 * a] - p[2 * a], q[2 * a + 1] - p[2 * a + 1]
+        for k in range(near.offsets[i], near.offsets[i + 1]):
+            j = near.near[k].arm
+            b = place[j]
+            if b >= 0:
+                if b < a:
+                    continue
+                c0, d0 = p[2 * b], p[2 * b + 1]
+                dc, dd = q[2 * b] - c0, q[2 * b + 1] - d0
+            else:
+                c0, d0, dc, dd = rest[j, 0], rest[j, 1], 0.0, 0.0
+            if not swept_clear(arms, i, p[2 * a], p[2 * a + 1], da, db, j, c0, d0, dc, dd, limit):
+                return False
+    return True
+
+
+@leaf
+def _travel_time(p, q, speed):
+    """Time of an even move from p to q at the members' speeds."""
+    longest = 0.0
+    for d in range(len(p)):
+        longest = max(longest, abs(q[d] - p[d]) / speed[d])
+    return longest
+
+
+@leaf
+def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed, step, limit, reached):
+    """Grow a tree one edge towards `goal`; returns how many nodes it has, and puts the new one in `reached`.
+
+    `reached[0]` is 1 if the goal itself was added, -1 if nothing could be.
+    """
+    nearest, shortest = 0, np.inf
+    for k in range(count):
+        far = _travel_time(nodes[k], goal, speed)
+        if far < shortest:
+            nearest, shortest = k, far
+    part = 1.0 if shortest <= step else step / shortest
+    for d in range(len(goal)):
+        nodes[count, d] = nodes[nearest, d] + part * (goal[d] - nodes[nearest, d])
+    if not _edge_is_clear(arms, near, rest, members, place, nodes[nearest], nodes[count], limit):
+        reached[0] = -1
+        return count
+    parent[count] = nearest
+    reached[0] = 1 if part == 1.0 else 0
+    return count + 1
+
+
+@kernel
+def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, speed, step, limit, seed, most):
+    """A chain of configurations (m, 2 k) from start to goal with clear edges; empty if none was found."""
+    size = len(start)
+    nodes = np.empty((2, most + 1, size))
+    parent = np.empty((2, most + 1), np.int64)
+    counts = np.ones(2, np.int64)
+    nodes[0, 0], nodes[1, 0] = start, goal
+    parent[:, 0] = -1
+    state = np.empty(1, np.uint64)
+    state[0] = seed
+    target = np.empty(size)
+    reached = np.zeros(1, np.int64)
+    side = 0
+    met = False
+    tries = 0
+    while not met and counts.max() < most and tries < 4 * most:
+        tries += 1
+        if _random(state) < _GOAL_BIAS:
+            target[:] = nodes[1 - side, 0]
+        else:
+            for d in range(size):
+                target[d] = lower[d] + _random(state) * (upper[d] - lower[d])
+        counts[side] = _extend(
+            arms, near, rest, members, place, nodes[side], parent[side], counts[side], target, speed, step, limit, reached
+        )
+        if reached[0] >= 0:
+            target[:] = nodes[side, counts[side] - 1]
+            other = 1 - side
+            reached[0] = 0
+            while reached[0] == 0 and counts[other] < most:
+                counts[other] = _extend(
+                    arms, near, rest, members, place, nodes[other], parent[other], counts[other], target, speed, step,
+                    limit, reached,
+                )  # fmt: skip
+            met = reached[0] == 1
+        side = 1 - side
+    if not met:
+        return np.empty((0, size))
+    chain = np.empty((counts.sum(), size))
+    length = 0
+    k = counts[0] - 1
+    while k >= 0:
+        chain[length] = nodes[0, k]
+        length += 1
+        k = parent[0, k]
+    chain[:length] = chain[:length][::-1].copy()
+    k = parent[1, counts[1] - 1]  # the last node of each tree is where they met
+    while k >= 0:
+        chain[length] = nodes[1, k]
+        length += 1
+        k = parent[1, k]
+    return chain[:length].copy()
+
+
+@kernel
+def _shorten(arms, near, rest, members, place, chain, limit):
+    """The chain with every stretch replaced that an even move can replace."""
+    kept = np.empty_like(chain)
+    kept[0] = chain[0]
+    count, a = 1, 0
+    while a < len(chain) - 1:
+        b = len(chain) - 1
+        while b > a + 1 and not _edge_is_clear(arms, near, rest, members, place, chain[a], chain[b], limit):
+            b -= 1
+        kept[count] = chain[b]
+        count += 1
+        a = b
+    return kept[:count].copy()
+
+
+def joint_path(
+    plane: FocalPlane,
+    near: Neighbourhood,
+    members: np.ndarray,
+    angles: np.ndarray,
+    goal: np.ndarray,
+    margin: float,
+    seed: int,
+    most: int = _NODES,
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Move `members` together from `angles` to `goal`, everyone else standing at `angles`.
+
+    Args:
+        plane: the array.
+        near: neighbour lists at `margin`.
+        members: (k,) positioners.
+        angles: (n, 2) where everyone is [rad].
+        goal: (k, 2) where the members should be [rad].
+        margin: clearance to keep [mm].
+        seed: of the random search.
+        most: nodes of each tree before giving up.
+
+    Returns:
+        times (m,) in units of [s] at the members' top speeds, and angles (m, k, 2) [rad]; None if none was found.
+    """
+    members = np.asarray(members, np.int64)
+    place = np.full(len(plane.arms.arm), -1)
+    place[members] = np.arange(len(members))
+    folded = plane.folded[members]
+    lower = np.maximum(plane.lower[members], folded - 2 * np.pi).ravel()
+    upper = np.minimum(plane.upper[members], folded + 2 * np.pi).ravel()
+    speed = plane.max_speed[members].ravel()
+    start, end = np.ascontiguousarray(angles[members]).ravel(), np.ascontiguousarray(goal, float).ravel()
+    shared = (plane.arms, near, np.array(plane.with_obstacles(angles)), members, place)
+    step = _STEP / float(speed.max())
+    limit = margin + SLACK
+    chain = _rrt_connect(*shared, start, end, lower, upper, speed, step, limit, np.uint64(seed), most)
+    if not len(chain):
+        return None
+    chain = _shorten(*shared, chain, limit)
+    times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(chain, axis=0) / speed).max(axis=1))])
+    return times, chain.reshape(len(chain), -1, 2)
