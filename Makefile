@@ -6,7 +6,7 @@ CHROMIUM := chromium chromium-browser google-chrome
 
 # numba looks only at the file of the function it compiles, not at the kernels that function calls in other files, so
 # its cache is emptied when any file with a kernel has changed.
-KERNELS := $(shell grep -rl --include='*.py' '@kernel' src/fiberplan)
+KERNELS := $(shell grep -rlE --include='*.py' '^@(kernel|leaf|inlined)' src/fiberplan)
 
 .PHONY: demo test check bench picture browser format clean
 .DELETE_ON_ERROR:

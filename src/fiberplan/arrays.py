@@ -1,4 +1,4 @@
-"""One door for arrays: native byte order, C-contiguous, read-only, so that each kernel compiles once and none mutates."""
+"""One door for arrays: native byte order, C-contiguous, read-only, so each kernel compiles once and none mutates."""
 
 from typing import Any
 

@@ -82,7 +82,7 @@ def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.nd
 
 def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
     """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline."""
-    if len(points) == 1 or (len(points) == 2):
+    if len(points) <= 2:
         return [points]
     if not closed:
         return [points[k : k + 2] for k in range(len(points) - 1)]
@@ -121,9 +121,9 @@ def _triangles(outline: np.ndarray) -> list[np.ndarray]:
     rest = outline
     triangles = []
     while len(rest) > 3:
-        for k in np.flatnonzero(_turns(rest) > 0):
+        for k in map(int, np.flatnonzero(_turns(rest) > 0)):
             ear = rest[[k - 1, k, (k + 1) % len(rest)]]
-            others = np.delete(rest, [k - 1 if k else len(rest) - 1, k, (k + 1) % len(rest)], axis=0)
+            others = np.delete(rest, [(k - 1) % len(rest), k, (k + 1) % len(rest)], axis=0)
             if not np.any(_inside(ear, others)):
                 triangles.append(ear)
                 rest = np.delete(rest, k, axis=0)

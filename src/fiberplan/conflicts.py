@@ -69,5 +69,7 @@ def _milp_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
     columns = np.array([local[v] for e in edges for v in e])
     ends = csr_array((np.ones(2 * len(edges)), (rows, columns)), shape=(len(edges), len(vertices)))
     cost = np.maximum(weight[vertices], 1e-9)
-    solution = milp(cost, integrality=np.ones(len(vertices)), bounds=Bounds(0, 1), constraints=LinearConstraint(ends, 1))
+    solution = milp(
+        cost, integrality=np.ones(len(vertices)), bounds=Bounds(0, 1), constraints=LinearConstraint(ends, 1)
+    )
     return {v for v, taken in zip(vertices, solution.x, strict=True) if taken > 0.5}

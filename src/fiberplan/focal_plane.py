@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from fiberplan.arrays import read_only
-from fiberplan.bodies import LINKS, Body, Obstacle
+from fiberplan.bodies import Body, Obstacle
+from fiberplan.compiled_arms import compile_arms
 from fiberplan.errors import InstrumentError
-from fiberplan.kernels.arms import ARM, PIECE, Arms
+from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.clearance import clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
 
@@ -149,7 +150,7 @@ class FocalPlane:
 
     @cached_property
     def _compiled(self) -> tuple[Arms, np.ndarray]:
-        return _compile_arms(self)
+        return compile_arms(self)
 
     @cached_property
     def pairs(self) -> np.ndarray:
@@ -167,9 +168,7 @@ class FocalPlane:
 
     def obstacle_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
-        boxes = [
-            [*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles
-        ]
+        boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
         box = read_only(np.array(boxes, float).reshape(-1, 4))
         return read_only(box_pairs(self.base, self.reach, box, float(gap)), np.int64)
 
@@ -263,57 +262,3 @@ def hexagonal_grid(rings: int, pitch: float) -> tuple[tuple[str, ...], np.ndarra
             ids.append(f"R{row:+d}C{column + 1}" if row else f"R0C{column + 1}")
             base.append(((column - (count - 1) / 2) * pitch, row * pitch * np.sqrt(3) / 2))
     return tuple(ids), np.array(base)
-
-
-def _compile_arms(plane: FocalPlane) -> tuple[Arms, np.ndarray]:
-    """Bodies and obstacles as the kernels' arrays, and each positioner's whole reach with radii (n,) [mm]."""
-    n, count = plane.n, plane.n + len(plane.obstacles)
-    bits = {name: 1 << k for k, name in enumerate(_categories(plane))}
-    if len(bits) > 62:
-        raise InstrumentError(f"{plane.name}: {len(bits)} body categories, at most 62 are possible")
-    everything = (1 << 62) - 1
-
-    pieces: list[tuple[int, float, int, int, int, int]] = []
-    vertices: list[np.ndarray] = []
-    used = 0
-
-    def add(shape: list[np.ndarray], link: int, radius: float, body: Body | Obstacle) -> None:
-        nonlocal used
-        meets = everything if body.meets is None else sum(bits.get(name, 0) for name in set(body.meets))
-        for piece in shape:
-            pieces.append((link, radius, bits[body.category], meets, used, used + len(piece)))
-            vertices.append(piece)
-            used += len(piece)
-
-    arm = np.zeros(count, ARM)
-    arm["x"][:n], arm["y"][:n], arm["length"][:n] = *plane.base.T, plane.length
-    arm["alpha_zero"][:n], arm["beta_zero"][:n] = plane.zero.T
-    shared = [b.pieces(0) if b.points.ndim == 2 else None for b in plane.bodies]
-    extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in plane.bodies]
-    reach = np.zeros(n)
-    for body, extent in zip(plane.bodies, extents, strict=True):
-        name = {"alpha": "reach_alpha", "beta": "reach_beta"}.get(body.link)
-        if name is not None:
-            arm[name][:n] = np.maximum(arm[name][:n], extent)
-        reach = np.maximum(reach, extent + body.radius + (plane.length if body.link == "beta" else 0.0))
-    for i in range(n):
-        arm["first_piece"][i] = len(pieces)
-        for body, shape in zip(plane.bodies, shared, strict=True):
-            radius = float(body.radius if np.ndim(body.radius) == 0 else body.radius[i])
-            add(body.pieces(i) if shape is None else shape, LINKS[body.link], radius, body)
-        arm["last_piece"][i] = len(pieces)
-    for k, obstacle in enumerate(plane.obstacles):
-        arm["first_piece"][n + k] = len(pieces)
-        add(obstacle.pieces(), 0, obstacle.radius, obstacle)
-        arm["last_piece"][n + k] = len(pieces)
-    arms = Arms(
-        arm=read_only(arm, ARM),
-        piece=read_only(np.array(pieces, PIECE), PIECE),
-        vertices=read_only(np.concatenate(vertices) if vertices else np.empty((0, 2))),
-    )
-    return arms, read_only(reach)
-
-
-def _categories(plane: FocalPlane) -> list[str]:
-    """Categories in order of appearance."""
-    return list(dict.fromkeys(b.category for b in (*plane.bodies, *plane.obstacles)))

@@ -84,7 +84,9 @@ class Plan:
     @property
     def lost(self) -> np.ndarray:
         """Indices of the positioners that had a target and do not arrive at it."""
-        return np.sort(np.concatenate([self.having(o) for o in (Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED)]))
+        return np.sort(
+            np.concatenate([self.having(o) for o in (Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED)])
+        )
 
     def faults(self) -> list[str]:
         """What in the plan does not hold: unsafe motion, or a positioner said to arrive that does not."""

@@ -7,11 +7,10 @@ between two body points is g + g' t up to A t^2 / 2, A bounding their relative a
 The axis only decides how sharp the bound is, never whether it holds.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from fiberplan.kernels.arms import acceleration, frame, motion, vertex
+from fiberplan.certificates.path import knot_near_middle, state, top_speed
+from fiberplan.kernels.arms import acceleration, frame, vertex
 from fiberplan.kernels.clearance import frames_clearance, meet, piece_to_piece
 from fiberplan.kernels.compile import kernel, leaf
 
@@ -21,97 +20,10 @@ _DEPTH = 256  # of the stack of intervals still to look at
 _MOST_LOOKS = 50_000, 100  # per pair, and per knot of it; a pair that needs more is undecided
 
 
-KNOT = np.dtype(
-    [
-        ("time", "f8"),  # [s]
-        ("alpha", "f8"),  # [rad]
-        ("beta", "f8"),
-        ("travelled", "f8"),  # motion bound since the first knot [mm]
-        ("speed", "f8"),  # largest speed of any body point until the next knot [mm/s]
-    ],
-    align=True,
-)
-
-
-class Motion(NamedTuple):
-    """A trajectory as the kernels take it."""
-
-    offsets: np.ndarray  # (n + 1,)
-    knots: np.ndarray  # (k,) KNOT
-    duration: float  # [s]
-
-
-@leaf
-def measure(arms, offsets, knots):
-    """Fill in how far each positioner has travelled at each knot, and its speed until the next."""
-    for i in range(len(offsets) - 1):
-        for k in range(offsets[i], offsets[i + 1] - 1):
-            here, after = knots[k], knots[k + 1]
-            step = motion(arms, i, after.alpha - here.alpha, after.beta - here.beta)
-            after.travelled = here.travelled + step
-            here.speed = step / (after.time - here.time)
-
-
-@leaf
-def _last_knot(path, i, t):
-    """Index of the last knot of positioner i at or before t, or its first knot."""
-    lo, hi = path.offsets[i], path.offsets[i + 1]
-    while hi - lo > 1:
-        mid = (lo + hi) // 2
-        if path.knots[mid].time <= t:
-            lo = mid
-        else:
-            hi = mid
-    return lo
-
-
-@leaf
-def _state(path, i, t):
-    """(alpha, beta, their speeds, motion bound so far) of arm i at time t; an obstacle rests at zero."""
-    if i >= len(path.offsets) - 1:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    k = _last_knot(path, i, t)
-    here = path.knots[k]
-    if k + 1 == path.offsets[i + 1] or t < here.time:
-        return here.alpha, here.beta, 0.0, 0.0, here.travelled
-    after = path.knots[k + 1]
-    span, dt = after.time - here.time, t - here.time
-    va, vb = (after.alpha - here.alpha) / span, (after.beta - here.beta) / span
-    far = here.travelled + (after.travelled - here.travelled) * (dt / span)
-    return here.alpha + va * dt, here.beta + vb * dt, va, vb, far
-
-
-@leaf
-def _knot_near_middle(path, i, t0, t1, middle):
-    """Knot time of arm i strictly within (t0, t1) that is nearest to the middle, or NaN."""
-    if i >= len(path.offsets) - 1:
-        return np.nan
-    k = _last_knot(path, i, middle)
-    best = np.nan
-    for m in range(k, min(k + 2, path.offsets[i + 1])):
-        t = path.knots[m].time
-        if t0 < t < t1 and not (abs(t - middle) >= abs(best - middle)):
-            best = t
-    return best
-
-
-@leaf
-def _top_speed(path, i, t0, t1):
-    """Largest speed of any body point of arm i between t0 and t1 [mm/s]."""
-    if i >= len(path.offsets) - 1:
-        return 0.0
-    top = 0.0
-    for k in range(_last_knot(path, i, t0), path.offsets[i + 1]):
-        if path.knots[k].time > t1:
-            break
-        top = max(top, path.knots[k].speed)
-    return top
-
-
 @leaf
 def _vertex_speed_along(arms, frame_, va, vb, link, x, y, nx, ny):
     """Speed along the axis n of a body point at (x, y) on `link`, at joint speeds va, vb [mm/s]."""
-    bx, by, ex, ey, c1, s1, c2, s2 = frame_
+    bx, by, ex, ey = frame_[0], frame_[1], frame_[2], frame_[3]
     if link == 2:
         elbow = va * ((ex - bx) * ny - (ey - by) * nx)
         return elbow + (va + vb) * ((x - ex) * ny - (y - ey) * nx)
@@ -164,27 +76,27 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
         take away: both speeds, the largest within the jitter of the moment, times the jitter.
     """
     t = 0.5 * (t0 + t1)
-    knot_i, knot_j = _knot_near_middle(path, i, t0, t1, t), _knot_near_middle(path, j, t0, t1, t)
+    knot_i, knot_j = knot_near_middle(path, i, t0, t1, t), knot_near_middle(path, j, t0, t1, t)
     smooth = np.isnan(knot_i) and np.isnan(knot_j)
     if not smooth:
         t = knot_i if not (abs(knot_j - t) <= abs(knot_i - t)) and not np.isnan(knot_i) else knot_j
-    a_i, b_i, va_i, vb_i, far_i = _state(path, i, t)
-    a_j, b_j, va_j, vb_j, far_j = _state(path, j, t)
+    a_i, b_i, va_i, vb_i, far_i = state(path, i, t)
+    a_j, b_j, va_j, vb_j, far_j = state(path, j, t)
     frame_i, frame_j = frame(arms, i, a_i, b_i), frame(arms, j, a_j, b_j)
     if smooth:
         now, bound = constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, 0.5 * (t1 - t0))
     else:
         now, bound = frames_clearance(arms, i, frame_i, j, frame_j), -np.inf
-    _, _, _, _, begin_i = _state(path, i, t0)
-    _, _, _, _, begin_j = _state(path, j, t0)
-    _, _, _, _, end_i = _state(path, i, t1)
-    _, _, _, _, end_j = _state(path, j, t1)
+    _, _, _, _, begin_i = state(path, i, t0)
+    _, _, _, _, begin_j = state(path, j, t0)
+    _, _, _, _, end_i = state(path, i, t1)
+    _, _, _, _, end_j = state(path, j, t1)
     moved = max(far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j)
     bound = max(bound, now - moved - ROUNDING)
     pad_now = pad = error
     if jitter > 0.0:
-        pad_now += jitter * (_top_speed(path, i, t - jitter, t + jitter) + _top_speed(path, j, t - jitter, t + jitter))
-        pad += jitter * (_top_speed(path, i, t0 - jitter, t1 + jitter) + _top_speed(path, j, t0 - jitter, t1 + jitter))
+        pad_now += jitter * (top_speed(path, i, t - jitter, t + jitter) + top_speed(path, j, t - jitter, t + jitter))
+        pad += jitter * (top_speed(path, i, t0 - jitter, t1 + jitter) + top_speed(path, j, t0 - jitter, t1 + jitter))
     return t, now - pad_now, bound - pad
 
 
@@ -272,9 +184,7 @@ def judge(arms, path, pairs, errors, margin, jitter, tolerance, cap):
         i, j = pairs[k, 0], pairs[k, 1]
         error = errors[i] + errors[j]
         low, high, when = closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, ends)
-        if low >= margin:
-            when = np.nan
-        else:
-            when = first_crossing(arms, path, i, j, margin, jitter, error, when, starts, ends)
-        out[k, 0], out[k, 1], out[k, 2] = low, high, when
+        out[k, 0], out[k, 1], out[k, 2] = low, high, np.nan
+        if not (low >= margin):
+            out[k, 2] = first_crossing(arms, path, i, j, margin, jitter, error, when, starts, ends)
     return out

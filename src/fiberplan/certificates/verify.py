@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiberplan.arrays import read_only
-from fiberplan.certificates.bisection import KNOT, Motion, judge, measure
+from fiberplan.certificates.bisection import judge
+from fiberplan.certificates.path import KNOT, Motion, measure
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.trajectory import Trajectory
@@ -59,7 +60,11 @@ class Certificate:
     def __str__(self) -> str:
         count = len(self.pairs) + len(self.obstacle_pairs)
         if self.ok:
-            proven = f"smallest proven clearance {self.smallest:.3f} mm" if count else "nothing is within reach"
+            proven = (
+                f"smallest proven clearance {np.floor(self.smallest * 1e3) / 1e3:.3f} mm"
+                if count
+                else "nothing is within reach"
+            )
             return f"safe: {proven} (margin {self.margin:g} mm, {count} pairs)"
         parts = [(len(self.contacts), "contacts"), (len(self.undecided), "undecided pairs")]
         parts.append((len(self.violations), "violations"))
@@ -98,7 +103,9 @@ def verify(
     low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
 
     moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
-    contacts, undecided, resting = [], [], []
+    contacts: list[Contact] = []
+    undecided: list[Contact] = []
+    resting: list[Contact] = []
     for k in np.flatnonzero(~(low >= margin)):
         i, j = (int(arm) for arm in pairs[k])
         contact = Contact((i, j if j < plane.n else plane.n - 1 - j), float(when[k]), float(seen[k]))
@@ -153,8 +160,8 @@ def _violations(plane: FocalPlane, trajectory: Trajectory) -> Iterable[str]:
     for i, k, joint in _worst(np.where(online[:, None], excess, -np.inf), SPEED_TOLERANCE, owner):
         speed, limit = np.degrees(abs(steps[k, joint]) / spans[k]), np.degrees(plane.max_speed[i, joint])
         yield (
-            f"positioner '{plane.ids[i]}': {('alpha', 'beta')[joint]} moves at {speed:.9g} deg/s from {times[k]:.3f} s, "
-            f"limit {limit:.9g} deg/s"
+            f"positioner '{plane.ids[i]}': {('alpha', 'beta')[joint]} moves at {speed:.9g} deg/s from "
+            f"{times[k]:.3f} s, limit {limit:.9g} deg/s"
         )
     for i, k, joint in _worst(np.where(online[:, None], -np.inf, np.abs(steps)), 0.0, owner):
         yield f"positioner '{plane.ids[i]}' is offline but its {('alpha', 'beta')[joint]} moves from {times[k]:.3f} s"

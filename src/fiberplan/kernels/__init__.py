@@ -1,0 +1,1 @@
+"""Compiled geometry: segments, arms, clearance, sweeps, neighbours. Numbers and arrays only."""

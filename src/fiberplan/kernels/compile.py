@@ -1,8 +1,8 @@
 """One compile policy for every kernel.
 
-Kernels take numbers and arrays (a NamedTuple of arrays at most), never raise, and are compiled lazily, so that read-only
-arrays are accepted. ``error_model="numpy"``: division by zero gives inf or NaN, and a NaN clearance counts as contact.
-Never ``fastmath``: it would let the compiler assume that NaN does not exist.
+Kernels take numbers and arrays (a NamedTuple of arrays at most), never raise, and are compiled lazily, so that
+read-only arrays are accepted. ``error_model="numpy"``: division by zero gives inf or NaN, and a NaN clearance counts
+as contact. Never ``fastmath``: it would let the compiler assume that NaN does not exist.
 """
 
 import functools

@@ -29,8 +29,10 @@ def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
     side_d = abx * (dy - ay) - aby * (dx - ax)
     side_a = cdx * (ay - cy) - cdy * (ax - cx)
     side_b = cdx * (by - cy) - cdy * (bx - cx)
-    return ((side_c > 0.0) != (side_d > 0.0)) and ((side_a > 0.0) != (side_b > 0.0)) and (
-        side_c != 0.0 and side_d != 0.0 and side_a != 0.0 and side_b != 0.0
+    return (
+        ((side_c > 0.0) != (side_d > 0.0))
+        and ((side_a > 0.0) != (side_b > 0.0))
+        and (side_c != 0.0 and side_d != 0.0 and side_a != 0.0 and side_b != 0.0)
     )
 
 

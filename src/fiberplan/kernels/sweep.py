@@ -1,7 +1,7 @@
 """Is a pair clear over a whole step, not just at its ends?
 
 First order: while the arms move by m, their clearance changes by at most m. A sample therefore vouches for its
-surroundings, and what it does not reach is split. Planners use this; `fiberplan.certificates` has its own, sharper test.
+surroundings, and what it does not reach is looked at again. Planners use this; the proof has its own, sharper test.
 """
 
 from fiberplan.kernels.arms import frame, motion

@@ -107,7 +107,19 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
             for d in range(size):
                 target[d] = lower[d] + _random(state) * (upper[d] - lower[d])
         counts[side] = _extend(
-            arms, near, rest, members, place, nodes[side], parent[side], counts[side], target, speed, step, limit, reached
+            arms,
+            near,
+            rest,
+            members,
+            place,
+            nodes[side],
+            parent[side],
+            counts[side],
+            target,
+            speed,
+            step,
+            limit,
+            reached,
         )
         if reached[0] >= 0:
             target[:] = nodes[side, counts[side] - 1]

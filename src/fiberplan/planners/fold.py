@@ -44,9 +44,7 @@ def fold(
 ) -> Fold:
     """Walk from `angles` to folded, with relief; the settings are those of `GreedyFold`."""
     patience = None if relief == "none" else _PATIENCE
-    walker = Walker(
-        plane, angles, margin, step, movable, skip_noops=skip_noops, patience=patience, neighbourhood=near
-    )
+    walker = Walker(plane, angles, margin, step, movable, skip_noops=skip_noops, patience=patience, neighbourhood=near)
     travel = max_travel * (_RELIEF_TRAVEL if relief == "reverse" else 1.0)
     while walker.run(travel) not in (FOLDED, EXHAUSTED) and relief == "reverse":
         walker.reverse_ranking(int(rng.choice(walker.stuck)), rng.uniform(*_CONTRARY))
@@ -64,7 +62,8 @@ def _resolve(
     """
     angles = walker.angles
     motion = walker.trajectory()
-    left, taken = [], set()
+    left: list[int] = []
+    taken: set[int] = set()
     ways: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     for cluster in clusters(near, walker.stuck):
         found = _way_out(plane, near, cluster, angles, margin, movable, taken, seed)

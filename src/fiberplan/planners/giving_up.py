@@ -9,7 +9,7 @@ motion is none.
 import numpy as np
 
 from fiberplan.fields import random_configuration
-from fiberplan.neighbourhood import Neighbourhood, clearance_around, touching
+from fiberplan.neighbourhood import Neighbourhood, clearance_around
 from fiberplan.plan import Outcome
 from fiberplan.planners.clusters import clusters, neighbours
 from fiberplan.planners.fold import Fold
@@ -56,15 +56,15 @@ class Losses:
         everyone[others] = np.nan
         everyone = plane.with_obstacles(everyone[: plane.n])
         goals = plane.with_obstacles(known)
-        for i in others:
+        for i in map(int, others):
             # near a held one only; the rest cannot be touched by it
             on = np.intersect1d(neighbours(self._near, i), held)
             if not len(on):
                 continue
             room = clearance_around(plane.arms, self._near, everyone, i, goals[i, 0], goals[i, 1])
             if not room >= self._limit:
-                self._dropped.setdefault(int(i), tuple(int(j) for j in on))
-                self._lose_goal(int(i))
+                self._dropped.setdefault(i, tuple(int(j) for j in on))
+                self._lose_goal(i)
 
     def _lose_goal(self, i: int) -> None:
         self._goal[i] = np.nan

@@ -12,7 +12,7 @@ import numpy as np
 
 from fiberplan.errors import ProblemError
 from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.plan import Outcome, Plan
+from fiberplan.plan import Plan
 from fiberplan.planners.fold import RELIEFS, Fold, fold
 from fiberplan.planners.giving_up import Losses
 from fiberplan.planners.straighten import straighten

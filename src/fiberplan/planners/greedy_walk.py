@@ -3,14 +3,14 @@
 `Walker` owns the arrays that the compiled loop works on; it can be run, nudged and run again.
 """
 
-
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.sweep import SLACK
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.planners import ranked_moves
-from fiberplan.planners.ranked_moves import FULL, KNOT, STATE, Rules, Walk
+from fiberplan.planners.ranked_moves import FULL
+from fiberplan.planners.walk_state import KNOT, STATE, Rules, Walk
 from fiberplan.trajectory import Trajectory
 
 SPEED_ALLOWANCE = 1.0 - 1e-9  #: plan a little below the limit, so that rounding never exceeds it
@@ -26,7 +26,7 @@ class Walker:
         step: largest turn of the fastest joint per loop [rad].
         movable: (n,) who walks; the others stand at `angles`.
         swept: test moves over the whole step (safe) rather than at its end only (as published).
-        skip_noops: a clamped move that changes nothing is passed over (as the published figures need) rather than taken.
+        skip_noops: pass over a clamped move that changes nothing (as the published figures need) rather than take it.
         patience: turn without progress after which `run` gives up [rad]; None never does.
         neighbourhood: of `plane` at `margin`, if at hand.
     """
@@ -100,7 +100,7 @@ class Walker:
     def run(self, turn: float) -> int:
         """Walk on until folded, stuck or stalled, or until `turn` [rad] have been walked in all; returns which."""
         while True:
-            ended = ranked_moves.run(self.plane.arms, self.walk, self.rules, int(round(turn / self.step)))
+            ended = ranked_moves.run(self.plane.arms, self.walk, self.rules, round(turn / self.step))
             if ended != FULL:
                 return int(ended)
             self._make_room()

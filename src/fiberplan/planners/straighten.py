@@ -127,7 +127,9 @@ def _straighten(arms, knots, offsets, near, limit):
     return counts
 
 
-def straighten(plane: FocalPlane, trajectory: Trajectory, margin: float, near: Neighbourhood | None = None) -> Trajectory:
+def straighten(
+    plane: FocalPlane, trajectory: Trajectory, margin: float, near: Neighbourhood | None = None
+) -> Trajectory:
     """The same start, end and duration with fewer knots, as safe at `margin` [mm] as the input."""
     near = near or Neighbourhood.of(plane, margin)
     knots = np.empty(len(trajectory.times), KNOT)

@@ -1,0 +1,94 @@
+"""A trajectory as the proof's kernels take it: knots with the motion bound up to each and the speed after it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.kernels.arms import motion
+from fiberplan.kernels.compile import leaf
+
+KNOT = np.dtype(
+    [
+        ("time", "f8"),  # [s]
+        ("alpha", "f8"),  # [rad]
+        ("beta", "f8"),
+        ("travelled", "f8"),  # motion bound since the first knot [mm]
+        ("speed", "f8"),  # largest speed of any body point until the next knot [mm/s]
+    ],
+    align=True,
+)
+
+
+class Motion(NamedTuple):
+    """A trajectory as the kernels take it."""
+
+    offsets: np.ndarray  # (n + 1,)
+    knots: np.ndarray  # (k,) KNOT
+    duration: float  # [s]
+
+
+@leaf
+def measure(arms, offsets, knots):
+    """Fill in how far each positioner has travelled at each knot, and its speed until the next."""
+    for i in range(len(offsets) - 1):
+        for k in range(offsets[i], offsets[i + 1] - 1):
+            here, after = knots[k], knots[k + 1]
+            step = motion(arms, i, after.alpha - here.alpha, after.beta - here.beta)
+            after.travelled = here.travelled + step
+            here.speed = step / (after.time - here.time)
+
+
+@leaf
+def last_knot(path, i, t):
+    """Index of the last knot of positioner i at or before t, or its first knot."""
+    lo, hi = path.offsets[i], path.offsets[i + 1]
+    while hi - lo > 1:
+        mid = (lo + hi) // 2
+        if path.knots[mid].time <= t:
+            lo = mid
+        else:
+            hi = mid
+    return lo
+
+
+@leaf
+def state(path, i, t):
+    """(alpha, beta, their speeds, motion bound so far) of arm i at time t; an obstacle rests at zero."""
+    if i >= len(path.offsets) - 1:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    k = last_knot(path, i, t)
+    here = path.knots[k]
+    if k + 1 == path.offsets[i + 1] or t < here.time:
+        return here.alpha, here.beta, 0.0, 0.0, here.travelled
+    after = path.knots[k + 1]
+    span, dt = after.time - here.time, t - here.time
+    va, vb = (after.alpha - here.alpha) / span, (after.beta - here.beta) / span
+    far = here.travelled + (after.travelled - here.travelled) * (dt / span)
+    return here.alpha + va * dt, here.beta + vb * dt, va, vb, far
+
+
+@leaf
+def knot_near_middle(path, i, t0, t1, middle):
+    """Knot time of arm i strictly within (t0, t1) that is nearest to the middle, or NaN."""
+    if i >= len(path.offsets) - 1:
+        return np.nan
+    k = last_knot(path, i, middle)
+    best = np.nan
+    for m in range(k, min(k + 2, path.offsets[i + 1])):
+        t = path.knots[m].time
+        if t0 < t < t1 and not (abs(t - middle) >= abs(best - middle)):
+            best = t
+    return best
+
+
+@leaf
+def top_speed(path, i, t0, t1):
+    """Largest speed of any body point of arm i between t0 and t1 [mm/s]."""
+    if i >= len(path.offsets) - 1:
+        return 0.0
+    top = 0.0
+    for k in range(last_knot(path, i, t0), path.offsets[i + 1]):
+        if path.knots[k].time > t1:
+            break
+        top = max(top, path.knots[k].speed)
+    return top

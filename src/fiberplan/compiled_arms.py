@@ -1,0 +1,68 @@
+"""A focal plane as the kernels take it: arrays of arms, of convex pieces and of their vertices."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.bodies import LINKS, Body, Obstacle
+from fiberplan.errors import InstrumentError
+from fiberplan.kernels.arms import ARM, PIECE, Arms
+
+if TYPE_CHECKING:
+    from fiberplan.focal_plane import FocalPlane
+
+
+def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
+    """Bodies and obstacles as the kernels' arrays, and each positioner's whole reach with radii (n,) [mm]."""
+    n, count = plane.n, plane.n + len(plane.obstacles)
+    bits = {name: 1 << k for k, name in enumerate(_categories(plane))}
+    if len(bits) > 62:
+        raise InstrumentError(f"{plane.name}: {len(bits)} body categories, at most 62 are possible")
+    everything = (1 << 62) - 1
+
+    pieces: list[tuple[int, float, int, int, int, int]] = []
+    vertices: list[np.ndarray] = []
+    used = 0
+
+    def add(shape: list[np.ndarray], link: int, radius: float, body: Body | Obstacle) -> None:
+        nonlocal used
+        meets = everything if body.meets is None else sum(bits.get(name, 0) for name in set(body.meets))
+        for piece in shape:
+            pieces.append((link, radius, bits[body.category], meets, used, used + len(piece)))
+            vertices.append(piece)
+            used += len(piece)
+
+    arm = np.zeros(count, ARM)
+    arm["x"][:n], arm["y"][:n], arm["length"][:n] = *plane.base.T, plane.length
+    arm["alpha_zero"][:n], arm["beta_zero"][:n] = plane.zero.T
+    shared = [b.pieces(0) if b.points.ndim == 2 else None for b in plane.bodies]
+    extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in plane.bodies]
+    reach = np.zeros(n)
+    for body, extent in zip(plane.bodies, extents, strict=True):
+        name = {"alpha": "reach_alpha", "beta": "reach_beta"}.get(body.link)
+        if name is not None:
+            arm[name][:n] = np.maximum(arm[name][:n], extent)
+        reach = np.maximum(reach, extent + body.radius + (plane.length if body.link == "beta" else 0.0))
+    for i in range(n):
+        arm["first_piece"][i] = len(pieces)
+        for body, shape in zip(plane.bodies, shared, strict=True):
+            thickness = float(np.broadcast_to(body.radius, (n,))[i])
+            add(body.pieces(i) if shape is None else shape, LINKS[body.link], thickness, body)
+        arm["last_piece"][i] = len(pieces)
+    for k, obstacle in enumerate(plane.obstacles):
+        arm["first_piece"][n + k] = len(pieces)
+        add(obstacle.pieces(), 0, obstacle.radius, obstacle)
+        arm["last_piece"][n + k] = len(pieces)
+    arms = Arms(
+        arm=read_only(arm, ARM),
+        piece=read_only(np.array(pieces, PIECE), PIECE),
+        vertices=read_only(np.concatenate(vertices) if vertices else np.empty((0, 2))),
+    )
+    return arms, read_only(reach)
+
+
+def _categories(plane: "FocalPlane") -> list[str]:
+    """Categories in order of appearance."""
+    names = [body.category for body in plane.bodies] + [obstacle.category for obstacle in plane.obstacles]
+    return list(dict.fromkeys(names))
