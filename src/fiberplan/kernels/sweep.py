@@ -1,39 +1,45 @@
 """Is a pair clear over a whole step, not just at its ends?
 
-First order: while the arms move by m, their clearance changes by at most m. A sample therefore vouches for its
-surroundings, and what it does not reach is looked at again. Planners use this; the proof has its own, sharper test.
+The step is shown clear piece by piece, each from one look in its middle (`fiberplan.kernels.even_motion`); a piece that
+is not shown is halved. Close to contact the second-order bound matters: greedy arms press against each other and slide.
 """
 
-from fiberplan.kernels.arms import frame, motion
+from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import frames_clearance
 from fiberplan.kernels.compile import leaf
+from fiberplan.kernels.even_motion import constant_speed_bound
 
 SLACK = 5e-4  # [mm] planners keep this more than the margin, so that the proof has room; a start has twice that
-_TOUCH = 1e-5  # [mm] a sample closer than this to the limit counts as contact
-_MOST_SAMPLES = 200  # a step that needs more counts as contact
+_SHORTEST = 1.0 / 128.0  # a piece of the step as short as this that is not shown clear counts as contact
 
 
 @leaf
-def swept_clear(arms, i, a0, b0, da, db, j, c0, d0, dc, dd, limit):
+def swept_clear(arms, i, a0, b0, da, db, j, c0, d0, dc, dd, limit, shown, landing):
     """Whether arms i and j keep `limit` [mm] while i turns from (a0, b0) by (da, db) and j from (c0, d0) by (dc, dd).
 
-    Both move evenly over the same time. False where it could not be shown: never a wrong True.
+    Both move evenly over the same time, of which the part up to `shown` (0 to 1) is known to be clear. False where it
+    could not be shown: never a wrong True. The end is looked at first, since a move that is refused mostly ends badly;
+    it has to be clear by `landing` [mm] more, or at least as clear as the beginning.
     """
-    moved = motion(arms, i, da, db) + motion(arms, j, dc, dd)
-    shown, ahead = 0.0, 0.5  # shown clear up to here; how far ahead to look next
-    for _ in range(_MOST_SAMPLES):
-        s = min(1.0, shown + ahead)
-        gap = frames_clearance(
-            arms, i, frame(arms, i, a0 + s * da, b0 + s * db), j, frame(arms, j, c0 + s * dc, d0 + s * dd)
-        )
-        slack = gap - limit
-        if not (slack >= _TOUCH):
+    end = frames_clearance(arms, i, frame(arms, i, a0 + da, b0 + db), j, frame(arms, j, c0 + dc, d0 + dd))
+    if not (end >= limit):
+        return False
+    if end < limit + landing:
+        begin = frames_clearance(arms, i, frame(arms, i, a0, b0), j, frame(arms, j, c0, d0))
+        if end < begin:
             return False
-        vouched = slack / moved if moved > 0.0 else 1.0
-        if s - vouched > shown:
-            ahead = 0.5 * (s - vouched - shown)
-            continue
-        shown, ahead = s + vouched, vouched
-        if shown >= 1.0:
-            return True
-    return False
+    length = 1.0 - shown
+    while shown < 1.0:
+        h = 0.5 * min(length, 1.0 - shown)
+        s = shown + h
+        frame_i = frame(arms, i, a0 + s * da, b0 + s * db)
+        frame_j = frame(arms, j, c0 + s * dc, d0 + s * dd)
+        now, bound = constant_speed_bound(arms, i, frame_i, da, db, j, frame_j, dc, dd, h)
+        if bound >= limit:
+            shown = s + h if length < 1.0 - shown else 1.0
+            length *= 2.0
+        elif not (now >= limit) or length < _SHORTEST:
+            return False
+        else:
+            length *= 0.5
+    return True

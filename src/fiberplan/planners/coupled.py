@@ -47,7 +47,7 @@ def _edge_is_clear(arms, near, rest, members, place, p, q, limit):
                 dc, dd = q[2 * b] - c0, q[2 * b + 1] - d0
             else:
                 c0, d0, dc, dd = rest[j, 0], rest[j, 1], 0.0, 0.0
-            if not swept_clear(arms, i, p[2 * a], p[2 * a + 1], da, db, j, c0, d0, dc, dd, limit):
+            if not swept_clear(arms, i, p[2 * a], p[2 * a + 1], da, db, j, c0, d0, dc, dd, limit, 0.0, 0.0):
                 return False
     return True
 

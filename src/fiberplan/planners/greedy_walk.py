@@ -57,6 +57,12 @@ class Walker:
         joints = {"folded": plane.folded, "lower": plane.lower, "upper": plane.upper}
         for name, values in (joints | {"step": plane.max_speed * (step / fastest)}).items():
             state[f"{name}_alpha"][:n], state[f"{name}_beta"][:n] = values.T
+        arm = plane.arms.arm[:n]
+        turn, both = state["step_alpha"][:n], state["step_alpha"][:n] + state["step_beta"][:n]
+        state["bend"][:n] = np.maximum(
+            arm["length"] * turn**2 + arm["reach_beta"] * both**2, arm["reach_alpha"] * turn**2
+        )
+        state["bend"] *= 1 / 8
         state["first"], state["last"] = near.offsets[:-1], near.offsets[1:]
         self.walk = Walk(
             state=state,

@@ -20,6 +20,8 @@ from fiberplan.planners.walk_state import code, landed, turns
 FOLDED, STUCK, STALLED, FULL, EXHAUSTED = 0, 1, 2, 3, 4
 """Why the loop ended: all folded; nothing can move any more; no progress; no room for knots; no loops left."""
 
+_LANDING = 1e-4  # [mm] without it, arms end up so close that no bound can show the next small move clear
+
 # Sayres2021's ranking for (alpha, beta): 1 towards folded, -1 away, 0 hold
 RANKING = np.array([[1, 1], [0, 1], [-1, 1], [1, 0], [-1, 0], [1, -1], [0, -1], [-1, -1]])
 RANKING.setflags(write=False)
@@ -109,7 +111,9 @@ def _refused_by(arms, walk, rules, i, loop, da, db, bound, room):
             if other.turn == loop:
                 dc, dd = c - other.alpha_before, d - other.beta_before
                 c, d = other.alpha_before, other.beta_before
-            if not swept_clear(arms, i, me.alpha, me.beta, da, db, j, c, d, dc, dd, rules.limit):
+            shown = max(0.0, room[k] / bound)  # room is of all of this loop: only the arm's own motion uses it up
+            landing = _LANDING + me.bend + other.bend  # far enough away that both can slide along each other next
+            if not swept_clear(arms, i, me.alpha, me.beta, da, db, j, c, d, dc, dd, rules.limit, shown, landing):
                 return j
         else:
             gap = frames_clearance(arms, i, frame(arms, i, me.alpha + da, me.beta + db), j, _frame(arms, walk, j))

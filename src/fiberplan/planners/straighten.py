@@ -11,7 +11,7 @@ import numpy as np
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import frame, motion
 from fiberplan.kernels.clearance import frames_clearance
-from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.compile import inlined, kernel, leaf
 from fiberplan.kernels.sweep import SLACK
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.trajectory import Trajectory
@@ -21,47 +21,74 @@ _TOUCH = 1e-5  # [mm] a sample closer than this to the limit refuses the move
 _MOST_SAMPLES = 60  # a neighbour that takes more refuses the move
 
 
+@inlined
+def _pose(knots, k, last, t):
+    """Angles of an arm at time t between its knots k and k + 1; held before the first and after the last."""
+    here = knots[k]
+    if k + 1 >= last or t <= here.time:
+        return here.alpha, here.beta
+    after = knots[k + 1]
+    part = (t - here.time) / (after.time - here.time)
+    return here.alpha + part * (after.alpha - here.alpha), here.beta + part * (after.beta - here.beta)
+
+
+@inlined
+def _speed(arms, knots, j, k, last):
+    """Bound on the speed of any body point of arm j between its knots k and k + 1 [mm/s], and when that ends [s]."""
+    if k + 1 >= last:
+        return 0.0, np.inf
+    here, after = knots[k], knots[k + 1]
+    step = motion(arms, j, after.alpha - here.alpha, after.beta - here.beta)
+    return step / (after.time - here.time), after.time
+
+
 @leaf
 def _clear_of(arms, knots, i, a, b, j, first, last, limit):
-    """Whether arm i, moving evenly from knot a to knot b, keeps `limit` [mm] from arm j and its knots [first, last)."""
+    """Whether arm i, moving evenly from knot a to knot b, keeps `limit` [mm] from arm j, of knots [first, last).
+
+    A sample vouches for as long before and after it as the two could not have used up its clearance.
+    """
     t0, t1 = knots[a].time, knots[b].time
     span = t1 - t0
     da, db = knots[b].alpha - knots[a].alpha, knots[b].beta - knots[a].beta
     mine = motion(arms, i, da, db) / span
-    t = t0
-    k = first  # j moves from knot k to knot k + 1
+    shown, ahead = t0, 0.2 * span
+    k = first  # arm j is between its knots k and k + 1 at time `shown`
     for _ in range(_MOST_SAMPLES):
+        t = min(shown + ahead, t1)
+        used = mine * (t - shown)  # by both, from `shown` to t
+        at, m = shown, k
+        theirs, ends = _speed(arms, knots, j, m, last)
+        while ends < t:
+            used += theirs * (ends - at)
+            at, m = ends, m + 1
+            theirs, ends = _speed(arms, knots, j, m, last)
+        used += theirs * (t - at)
         s = (t - t0) / span
-        frame_i = frame(arms, i, knots[a].alpha + s * da, knots[a].beta + s * db)
         alpha_j = beta_j = 0.0
         if first < last:
-            while k + 1 < last and knots[k + 1].time <= t:
-                k += 1
-            alpha_j, beta_j = knots[k].alpha, knots[k].beta
-            if k + 1 < last and t > knots[k].time:
-                part = (t - knots[k].time) / (knots[k + 1].time - knots[k].time)
-                alpha_j += part * (knots[k + 1].alpha - alpha_j)
-                beta_j += part * (knots[k + 1].beta - beta_j)
+            alpha_j, beta_j = _pose(knots, m, last, t)
+        frame_i = frame(arms, i, knots[a].alpha + s * da, knots[a].beta + s * db)
         slack = frames_clearance(arms, i, frame_i, j, frame(arms, j, alpha_j, beta_j)) - limit
         if not (slack >= _TOUCH):
             return False
-        # use the slack up, interval by interval of j's motion
-        while t < t1:
-            until, theirs = t1, 0.0
-            if k + 1 < last:
-                until = min(t1, knots[k + 1].time)
-                step = motion(arms, j, knots[k + 1].alpha - knots[k].alpha, knots[k + 1].beta - knots[k].beta)
-                theirs = step / (knots[k + 1].time - knots[k].time)
-            used = (mine + theirs) * (until - t)
-            if used > slack:
-                t += slack / (mine + theirs)
+        if used > slack:
+            ahead *= max(0.1, 0.9 * slack / used)
+            continue
+        shown, k = t, m
+        while shown < t1:
+            theirs, ends = _speed(arms, knots, j, k, last)
+            ends = min(ends, t1)
+            if (mine + theirs) * (ends - shown) > slack:
+                shown += slack / (mine + theirs)
                 break
-            slack -= used
-            t = until
-            if k + 1 < last and knots[k + 1].time <= t:
+            slack -= (mine + theirs) * (ends - shown)
+            shown = ends
+            if k + 1 < last and knots[k + 1].time <= shown:
                 k += 1
-        if t >= t1:
+        if shown >= t1:
             return True
+        ahead = shown - t
     return False
 
 

@@ -29,6 +29,7 @@ STATE = np.dtype(
         ("blocker", "i8"),  # who last refused the arm its best move, or -1
         ("first", "i8"),  # neighbours in `Walk.near`
         ("last", "i8"),  # one past
+        ("bend", "f8"),  # how far a body point's way in one loop can differ from a straight one [mm]
         ("lower_alpha", "f8"),
         ("lower_beta", "f8"),
         ("upper_alpha", "f8"),

@@ -1,0 +1,60 @@
+"""A lower bound of clearance over an interval in which joint speeds are constant, from one look in its middle.
+
+Along a fixed axis, the gap between two body points is g + g' t up to A t^2 / 2, A bounding their relative acceleration.
+The minimum is taken over *every* pair of vertices of two convex pieces: the closest pair alone would be unsound, since
+another may close faster. The axis only decides how sharp the bound is, never whether it holds.
+"""
+
+import numpy as np
+
+from fiberplan.kernels.arms import acceleration, vertex
+from fiberplan.kernels.clearance import meet, piece_to_piece
+from fiberplan.kernels.compile import inlined, leaf
+
+ROUNDING = 1e-9  # [mm] taken off every bound for floating-point rounding
+
+
+@inlined
+def _vertex_speed_along(arms, frame_, va, vb, link, x, y, nx, ny):
+    """Speed along the axis n of a body point at (x, y) on `link`, at joint speeds va, vb [mm/s]."""
+    bx, by, ex, ey = frame_[0], frame_[1], frame_[2], frame_[3]
+    if link == 2:
+        elbow = va * ((ex - bx) * ny - (ey - by) * nx)
+        return elbow + (va + vb) * ((x - ex) * ny - (y - ey) * nx)
+    if link == 1:
+        return va * ((x - bx) * ny - (y - by) * nx)
+    return 0.0
+
+
+@leaf
+def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h):
+    """Clearance now, and a lower bound of it within +-h [s] of now at constant joint speeds [mm]."""
+    bend = 0.5 * h * h * (acceleration(arms, i, va_i, vb_i) + acceleration(arms, j, va_j, vb_j))
+    now, bound = np.inf, np.inf
+    for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+        for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
+            if not meet(arms, p, q):
+                continue
+            d2, wx, wy = piece_to_piece(arms, frame_i, p, frame_j, q)
+            radii = arms.piece[p].radius + arms.piece[q].radius
+            distance = np.sqrt(d2)
+            now = min(now, distance - radii) if not np.isnan(distance) else distance
+            if not (distance > 0.0):
+                bound = min(bound, -radii)  # saturated: nothing is less
+                continue
+            nx, ny = wx / distance, wy / distance
+            # over linear motions the least gap is at an end of the interval, and there it is the least of one
+            # piece's points less the greatest of the other's
+            late_p, early_p, late_q, early_q = -np.inf, -np.inf, np.inf, np.inf
+            for k in range(arms.piece[p].first, arms.piece[p].last):
+                x, y = vertex(arms, frame_i, arms.piece[p].link, k)
+                along = x * nx + y * ny
+                drift = h * _vertex_speed_along(arms, frame_i, va_i, vb_i, arms.piece[p].link, x, y, nx, ny)
+                late_p, early_p = max(late_p, along + drift), max(early_p, along - drift)
+            for k in range(arms.piece[q].first, arms.piece[q].last):
+                x, y = vertex(arms, frame_j, arms.piece[q].link, k)
+                along = x * nx + y * ny
+                drift = h * _vertex_speed_along(arms, frame_j, va_j, vb_j, arms.piece[q].link, x, y, nx, ny)
+                late_q, early_q = min(late_q, along + drift), min(early_q, along - drift)
+            bound = min(bound, max(-radii, min(late_q - late_p, early_q - early_p) - bend - radii))
+    return now, bound - ROUNDING

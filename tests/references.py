@@ -1,0 +1,173 @@
+"""Plain references that share no code with the kernels: textbook formulas in numpy, and shapely as a witness."""
+
+import itertools
+
+import numpy as np
+import shapely
+
+from fiberplan.bodies import Body, Obstacle
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.trajectory import Trajectory
+
+
+def segment_distance(a, b, c, d):
+    """Distance of segments ab and cd by clamping the closest points of their lines (Ericson, ch. 5.1.9)."""
+    a, b, c, d = (np.asarray(p, float) for p in (a, b, c, d))
+    u, v, r = b - a, d - c, a - c
+    uu, vv, uv, ur, vr = u @ u, v @ v, u @ v, u @ r, v @ r
+    best = np.inf
+    starts = [0.0, 1.0]
+    if uu * vv - uv * uv > 1e-14 * uu * vv:
+        starts.append(np.clip((uv * vr - ur * vv) / (uu * vv - uv * uv), 0, 1))
+    for s in starts:
+        t = np.clip((uv * s + vr) / vv, 0, 1) if vv > 0 else 0.0
+        s = np.clip((uv * t - ur) / uu, 0, 1) if uu > 0 else 0.0
+        best = min(best, float(np.linalg.norm(a + s * u - c - t * v)))
+    return best
+
+
+def links(plane, i, angles):
+    """Elbow (t, 2) and directions (t,), (t,) of both links of positioner i at `angles` (t, 2)."""
+    first = angles[:, 0] + plane.zero[i, 0]
+    second = first + angles[:, 1] + plane.zero[i, 1]
+    elbow = plane.base[i] + plane.length[i] * np.stack([np.cos(first), np.sin(first)], axis=1)
+    return elbow, first, second
+
+
+def placed(plane, i, body, angles):
+    """Points (t, k, 2) of a positioner's body at `angles` (t, 2)."""
+    points = body.points[i] if body.points.ndim == 3 else body.points
+    elbow, first, second = links(plane, i, angles)
+    origin = elbow if body.link == "beta" else np.broadcast_to(plane.base[i], elbow.shape)
+    turn = {"base": np.zeros(len(angles)), "alpha": first, "beta": second}[body.link]
+    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x, y = points.T
+    return origin[:, None] + np.stack([c * x - s * y, s * x + c * y], axis=2)
+
+
+def geometry(points, closed):
+    """Shapely shapes (t,) of `points` (t, k, 2)."""
+    if points.shape[1] == 1:
+        return shapely.points(points[:, 0])
+    if closed and points.shape[1] > 2:
+        return shapely.polygons(points)
+    return shapely.linestrings(points)
+
+
+def shapes(plane, arm, angles):
+    """(shapely shapes (t,), radius, category, meets) of each body of an arm; arm n + k is obstacle k."""
+    if arm >= plane.n:
+        o = plane.obstacles[arm - plane.n]
+        shape = geometry(np.broadcast_to(o.points, (len(angles), *o.points.shape)), o.closed)
+        return [(shape, o.radius, o.category, o.meets)]
+    found = []
+    for body in plane.bodies:
+        radius = float(np.broadcast_to(body.radius, plane.n)[arm])
+        found.append((geometry(placed(plane, arm, body, angles), body.closed), radius, body.category, body.meets))
+    return found
+
+
+def sampled_clearance(plane, i, j, angles_i, angles_j):
+    """Clearance (t,) of two arms at `angles_i` and `angles_j` (t, 2), by shapely [mm]."""
+    smallest = np.full(len(angles_i), np.inf)
+    pairs = itertools.product(shapes(plane, i, angles_i), shapes(plane, j, angles_j))
+    for (a, r, category_a, meets_a), (b, s, category_b, meets_b) in pairs:
+        if meets_a is None or meets_b is None or category_b in meets_a or category_a in meets_b:
+            smallest = np.minimum(smallest, shapely.distance(a, b) - r - s)
+    return smallest
+
+
+def sampled(trajectory, arm, times):
+    """Angles (t, 2) of an arm at `times`; zeros for obstacles."""
+    if arm >= trajectory.n:
+        return np.zeros((len(times), 2))
+    own = slice(trajectory.offsets[arm], trajectory.offsets[arm + 1])
+    return np.stack([np.interp(times, trajectory.times[own], q) for q in trajectory.angles[own].T], axis=1)
+
+
+def clearance_over_time(plane, trajectory, i, j, times, shift_i=0.0, shift_j=0.0):
+    """Clearance (t,) of two arms whose clocks are off by so much at `times`, by shapely [mm]."""
+    angles_i, angles_j = sampled(trajectory, i, times + shift_i), sampled(trajectory, j, times + shift_j)
+    return sampled_clearance(plane, i, j, angles_i, angles_j)
+
+
+def smallest_over_time(plane, trajectory, i, j, count=2000):
+    """(smallest sampled clearance, its time) with finer looks around the smallest of `count` samples."""
+    low, high = 0.0, trajectory.duration
+    if high == 0.0:
+        return float(clearance_over_time(plane, trajectory, i, j, np.zeros(1))[0]), 0.0
+    for _ in range(4):
+        times = np.linspace(low, high, count)
+        values = clearance_over_time(plane, trajectory, i, j, times)
+        k = int(np.argmin(values))
+        low, high = times[max(k - 2, 0)], times[min(k + 2, count - 1)]
+        count = 50
+    return float(values[k]), float(times[k])
+
+
+def first_below(plane, trajectory, i, j, margin, count=4000):
+    """Earliest sampled time at which the clearance is below the margin, refined; None if there is none."""
+    times = np.linspace(0.0, trajectory.duration, count)
+    below = np.flatnonzero(clearance_over_time(plane, trajectory, i, j, times) < margin)
+    if not len(below):
+        return None
+    if below[0] == 0:
+        return 0.0
+    low, high = times[below[0] - 1], times[below[0]]
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        inside = clearance_over_time(plane, trajectory, i, j, np.array([middle]))[0] < margin
+        low, high = (low, middle) if inside else (middle, high)
+    return high
+
+
+def make_plane(base, bodies, obstacles=(), length=5.0, max_speed=2.0, **others):
+    """Positioners at `base` (n, 2) that may turn ten times either way."""
+    base = np.asarray(base, float).reshape(-1, 2)
+    n = len(base)
+    fields = {
+        "ids": tuple(f"P{i}" for i in range(n)),
+        "base": base,
+        "length": np.broadcast_to(np.asarray(length, float), n),
+        "fiber_offsets": {"fiber": np.array([10.0, 0.0])},
+        "folded": np.zeros((n, 2)),
+        "lower": np.full((n, 2), -20 * np.pi),
+        "upper": np.full((n, 2), 20 * np.pi),
+        "max_speed": np.full((n, 2), float(max_speed)),
+        "bodies": tuple(bodies),
+        "obstacles": tuple(obstacles),
+    }
+    return FocalPlane(**(fields | others))
+
+
+def motion_of(*knots):
+    """A trajectory from one list of (time, alpha, beta) per positioner."""
+    rows = np.array([row for own in knots for row in own], float)
+    return Trajectory(np.concatenate([[0], np.cumsum([len(own) for own in knots])]), rows[:, 0], rows[:, 1:])
+
+
+STAR = np.array([[(3.0 if k % 2 else 1.2) * f(k * np.pi / 5) for f in (np.cos, np.sin)] for k in range(10)])
+
+
+def varied_plane(rng, n=3, obstacles=True):
+    """Positioners near each other with bodies of every kind on every link, at three heights, and obstacles."""
+    hull = np.array([[-1.0, -1.5], [7.0, -2.0], [12.0, 0.0], [6.0, 2.5], [-1.0, 1.0]])
+    bodies = (
+        Body(np.array([[0.0, 0.0], [14.0, 0.5]]), rng.uniform(0.2, 1.5, n), category="low", meets=("low", "post")),
+        Body(hull, 0.3, closed=True, category="high", meets=("high",)),
+        Body(STAR * 1.2 + [9.0, 0.0], 0.0, closed=True, category="top", meets=("top",)),
+        Body(rng.normal(0, 3, (n, 4, 2)) + [5.0, 0.0], 0.4, link="alpha", category="low", meets=("low",)),
+        Body(np.array([[0.0, 0.0]]), 1.0, link="base", category="post", meets=()),
+    )
+    fixed = (
+        Obstacle("disc", rng.uniform(-15, 15, (1, 2)), 1.0),
+        Obstacle("wall", rng.uniform(-25, 25, (3, 2)), 0.5, meets=("low", "high")),
+        Obstacle("camera", STAR * 2 + rng.uniform(-20, 20, 2), 0.1, closed=True, meets=("high", "top")),
+    )
+    return make_plane(
+        rng.uniform(-14, 14, (n, 2)),
+        bodies,
+        fixed if obstacles else (),
+        length=rng.uniform(2.0, 9.0, n),
+        zero=rng.uniform(-3, 3, (n, 2)),
+    )
