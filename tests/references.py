@@ -91,23 +91,28 @@ def clearance_over_time(plane, trajectory, i, j, times, shift_i=0.0, shift_j=0.0
     return sampled_clearance(plane, i, j, angles_i, angles_j)
 
 
+def looks(trajectory, i, j, count):
+    """Times to look at a pair: `count` evenly, and 30 in every stretch between the knots of either."""
+    knots = [trajectory.times[slice(*trajectory.offsets[k : k + 2])] for k in (i, j) if k < trajectory.n]
+    knots = np.unique(np.concatenate([[0.0, trajectory.duration], *knots]))
+    between = knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, 30)
+    return np.unique(np.concatenate([np.linspace(0.0, trajectory.duration, count), knots, between.ravel()]))
+
+
 def smallest_over_time(plane, trajectory, i, j, count=2000):
-    """(smallest sampled clearance, its time) with finer looks around the smallest of `count` samples."""
-    low, high = 0.0, trajectory.duration
-    if high == 0.0:
-        return float(clearance_over_time(plane, trajectory, i, j, np.zeros(1))[0]), 0.0
+    """(smallest sampled clearance, its time) with finer looks around the smallest of the first."""
+    times = looks(trajectory, i, j, count)
     for _ in range(4):
-        times = np.linspace(low, high, count)
         values = clearance_over_time(plane, trajectory, i, j, times)
         k = int(np.argmin(values))
-        low, high = times[max(k - 2, 0)], times[min(k + 2, count - 1)]
-        count = 50
-    return float(values[k]), float(times[k])
+        smallest, when = float(values[k]), float(times[k])
+        times = np.linspace(times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)], 40)
+    return smallest, when
 
 
-def first_below(plane, trajectory, i, j, margin, count=4000):
-    """Earliest sampled time at which the clearance is below the margin, refined; None if there is none."""
-    times = np.linspace(0.0, trajectory.duration, count)
+def first_below(plane, trajectory, i, j, margin, count=4000, when=0.0):
+    """Earliest time looked at (`when` is one) at which the clearance is below the margin, refined; None if never."""
+    times = np.unique(np.append(looks(trajectory, i, j, count), when))
     below = np.flatnonzero(clearance_over_time(plane, trajectory, i, j, times) < margin)
     if not len(below):
         return None

@@ -51,11 +51,11 @@ def test_tiny_overlap_at_the_end_of_a_step():
 
 
 def test_both_move_and_never_meet_at_the_same_time():
-    plane = make_plane([[0, 0], [12, 0]], [CAPSULE], length=0.0)
+    plane = make_plane([[0, 0], [14, 0]], [CAPSULE], length=0.0)
     up, down = (np.pi / 2, 0.0), (np.pi / 2 - np.pi, 0.0)
     assert swept(plane, 0, up, (-np.pi, 0.0), 1, (np.pi / 2, 0.0), (-np.pi, 0.0))  # side by side, like wipers
     assert not swept(plane, 0, up, (-np.pi, 0.0), 1, down, (-np.pi, 0.0))  # towards each other
-    assert not swept(plane, 0, up, (-np.pi, 0.0), 1, up, (0.0, 0.0), limit=2.1)
+    assert not swept(plane, 0, up, (-np.pi, 0.0), 1, up, (0.0, 0.0), limit=2.1)  # past one that stands
 
 
 def test_nothing_moves():

@@ -4,12 +4,15 @@ import importlib
 import json as json_format
 import pkgutil
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fiberplan.cli.output import made_folder, say, working
 from fiberplan.errors import FiberplanError
+
+if TYPE_CHECKING:
+    from fiberplan.reproductions.rows import Row
 
 
 def reproduce(
@@ -41,8 +44,19 @@ def reproduce(
 
     table = Table("quantity", "paper", "ours", "n")
     for row in rows:
-        table.add_row(*(str(row[column]) for column in ("quantity", "paper", "ours", "n")))
+        published = row["paper"]
+        shown = "" if published is None else f"{published:g}" if isinstance(published, float) else published
+        table.add_row(row["quantity"], shown, _ours(row), str(row["n"]))
     say(table)
+    say(experiment.LEGEND)
+
+
+def _ours(row: "Row") -> str:
+    """Our value, with its spread where it has one."""
+    if row["ours"] is None:
+        return "none"
+    spread = "" if row["spread"] is None else f" +- {row['spread']:.2g}"
+    return f"{row['ours']:.4g}{spread}"
 
 
 def _papers() -> list[str]:

@@ -13,8 +13,9 @@ from fiberplan.kernels.sweep import SLACK, swept_clear
 from fiberplan.neighbourhood import Neighbourhood
 
 _STEP = np.radians(8.0)  # of the fastest joint, for one edge
-_NODES = 3000  # of both trees; a search that needs more has failed
+_NODES = 500  # of either tree; most ways out take under 100, and a search that needs more rarely ends
 _GOAL_BIAS = 0.1
+_SHORTENINGS = 3  # an edge that is refused is tried at a quarter of its length, and so on: ways out can be narrow
 
 
 @inlined
@@ -29,10 +30,11 @@ def _random(state):
 
 
 @leaf
-def _edge_is_clear(arms, near, rest, members, place, p, q, limit):
+def _edge_is_clear(arms, near, rest, members, place, p, q, limit, blame):
     """Whether the members may move evenly together from p to q (2 k,), past each other and all who rest.
 
-    `place[i]` is the place of arm i among the members, or -1; `rest` (n, 2) is where the others stand.
+    `place[i]` is the place of arm i among the members, or -1; `rest` (n, 2) is where the others stand. `blame` counts
+    how often each arm refused.
     """
     for a in range(len(members)):
         i = members[a]
@@ -48,6 +50,7 @@ def _edge_is_clear(arms, near, rest, members, place, p, q, limit):
             else:
                 c0, d0, dc, dd = rest[j, 0], rest[j, 1], 0.0, 0.0
             if not swept_clear(arms, i, p[2 * a], p[2 * a + 1], da, db, j, c0, d0, dc, dd, limit, 0.0, 0.0):
+                blame[j] += 1
                 return False
     return True
 
@@ -62,7 +65,7 @@ def _travel_time(p, q, speed):
 
 
 @leaf
-def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed, step, limit, reached):
+def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed, step, limit, reached, blame):
     """Grow a tree one edge towards `goal`; returns how many nodes it has, and puts the new one in `reached`.
 
     `reached[0]` is 1 if the goal itself was added, -1 if nothing could be.
@@ -73,18 +76,20 @@ def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed,
         if far < shortest:
             nearest, shortest = k, far
     part = 1.0 if shortest <= step else step / shortest
-    for d in range(len(goal)):
-        nodes[count, d] = nodes[nearest, d] + part * (goal[d] - nodes[nearest, d])
-    if not _edge_is_clear(arms, near, rest, members, place, nodes[nearest], nodes[count], limit):
-        reached[0] = -1
-        return count
-    parent[count] = nearest
-    reached[0] = 1 if part == 1.0 else 0
-    return count + 1
+    for _ in range(_SHORTENINGS):
+        for d in range(len(goal)):
+            nodes[count, d] = nodes[nearest, d] + part * (goal[d] - nodes[nearest, d])
+        if _edge_is_clear(arms, near, rest, members, place, nodes[nearest], nodes[count], limit, blame):
+            parent[count] = nearest
+            reached[0] = 1 if part == 1.0 else 0
+            return count + 1
+        part *= 0.25
+    reached[0] = -1
+    return count
 
 
 @kernel
-def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, speed, step, limit, seed, most):
+def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, speed, step, limit, seed, most, blame):
     """A chain of configurations (m, 2 k) from start to goal with clear edges; empty if none was found."""
     size = len(start)
     nodes = np.empty((2, most + 1, size))
@@ -120,6 +125,7 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
             step,
             limit,
             reached,
+            blame,
         )
         if reached[0] >= 0:
             target[:] = nodes[side, counts[side] - 1]
@@ -128,7 +134,7 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
             while reached[0] == 0 and counts[other] < most:
                 counts[other] = _extend(
                     arms, near, rest, members, place, nodes[other], parent[other], counts[other], target, speed, step,
-                    limit, reached,
+                    limit, reached, blame,
                 )  # fmt: skip
             met = reached[0] == 1
         side = 1 - side
@@ -151,14 +157,14 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
 
 
 @kernel
-def _shorten(arms, near, rest, members, place, chain, limit):
+def _shorten(arms, near, rest, members, place, chain, limit, blame):
     """The chain with every stretch replaced that an even move can replace."""
     kept = np.empty_like(chain)
     kept[0] = chain[0]
     count, a = 1, 0
     while a < len(chain) - 1:
         b = len(chain) - 1
-        while b > a + 1 and not _edge_is_clear(arms, near, rest, members, place, chain[a], chain[b], limit):
+        while b > a + 1 and not _edge_is_clear(arms, near, rest, members, place, chain[a], chain[b], limit, blame):
             b -= 1
         kept[count] = chain[b]
         count += 1
@@ -175,7 +181,7 @@ def joint_path(
     margin: float,
     seed: int,
     most: int = _NODES,
-) -> tuple[np.ndarray, np.ndarray] | None:
+) -> tuple[tuple[np.ndarray, np.ndarray] | None, np.ndarray]:
     """Move `members` together from `angles` to `goal`, everyone else standing at `angles`.
 
     Args:
@@ -189,7 +195,8 @@ def joint_path(
         most: nodes of each tree before giving up.
 
     Returns:
-        times (m,) in units of [s] at the members' top speeds, and angles (m, k, 2) [rad]; None if none was found.
+        times (m,) at the members' top speeds [s] and angles (m, k, 2) [rad], or None if no way was found; and how
+        often each arm stood in the way of an edge (arms,), which tells whom to take in next.
     """
     members = np.asarray(members, np.int64)
     place = np.full(len(plane.arms.arm), -1)
@@ -200,11 +207,12 @@ def joint_path(
     speed = plane.max_speed[members].ravel()
     start, end = np.ascontiguousarray(angles[members]).ravel(), np.ascontiguousarray(goal, float).ravel()
     shared = (plane.arms, near, np.array(plane.with_obstacles(angles)), members, place)
+    blame = np.zeros(len(plane.arms.arm), np.int64)
     step = _STEP / float(speed.max())
     limit = margin + SLACK
-    chain = _rrt_connect(*shared, start, end, lower, upper, speed, step, limit, np.uint64(seed), most)
+    chain = _rrt_connect(*shared, start, end, lower, upper, speed, step, limit, np.uint64(seed), most, blame)
     if not len(chain):
-        return None
-    chain = _shorten(*shared, chain, limit)
+        return None, blame
+    chain = _shorten(*shared, chain, limit, blame)
     times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(chain, axis=0) / speed).max(axis=1))])
-    return times, chain.reshape(len(chain), -1, 2)
+    return (times, chain.reshape(len(chain), -1, 2)), blame

@@ -12,7 +12,7 @@ from fiberplan.fields import random_configuration
 from fiberplan.neighbourhood import Neighbourhood, clearance_around
 from fiberplan.plan import Outcome
 from fiberplan.planners.clusters import clusters, neighbours
-from fiberplan.planners.fold import Fold
+from fiberplan.planners.joint_relief import Fold
 from fiberplan.planners.resting import place_the_rest
 from fiberplan.problem import EQUALITY, Problem
 
@@ -88,12 +88,22 @@ class Losses:
         for fold, from_start in ((out, True), (back, False)):
             for cluster in clusters(self._near, fold.stuck):
                 i = min(cluster, key=lambda c: (priority[c], c))
-                blockers = tuple(self._public(b) for b in [fold.blockers.get(i)] if b is not None)
+                blockers = self._blockers_of(fold, i)
                 if from_start or i in self._rested or np.isnan(self._goal[i, 0]):
                     self._hold(i, blockers)
                 elif self.movable[i]:
                     self._given_up.setdefault(i, blockers)
                     self._lose_goal(i)
+
+    def record(self, back: Fold) -> None:
+        """Note who was given up on the way back from the goals, so that others get there."""
+        for i in back.given_up:
+            if not np.isnan(self._problem.goal[i, 0]):
+                self._given_up.setdefault(i, self._blockers_of(back, i))
+            self._lose_goal(i)
+
+    def _blockers_of(self, fold: Fold, i: int) -> tuple[int, ...]:
+        return (self._public(fold.blockers[i]),) if i in fold.blockers else ()
 
     def replace_target(self, i: int, blockers: dict[int, int], rng: np.random.Generator) -> None:
         """Give positioner `i` another, random target (its own is lost), or none if no clear one is found."""

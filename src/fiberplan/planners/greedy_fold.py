@@ -13,8 +13,9 @@ import numpy as np
 from fiberplan.errors import ProblemError
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Plan
-from fiberplan.planners.fold import RELIEFS, Fold, fold
+from fiberplan.planners.fold import RELIEFS, fold
 from fiberplan.planners.giving_up import Losses
+from fiberplan.planners.joint_relief import Fold
 from fiberplan.planners.straighten import straighten
 from fiberplan.problem import Problem
 
@@ -60,7 +61,8 @@ class GreedyFold:
         while True:
             end = losses.end()
             out = self._fold(problem, near, losses.movable, problem.start, rng)
-            back = self._fold(problem, near, losses.movable, end, rng)
+            back = self._fold(problem, near, losses.movable, end, rng, expendable=problem.priority)
+            losses.record(back)
             if not (len(out.stuck) or len(back.stuck)):
                 break
             if self.relief == "replace" and len(back.stuck) and not len(out.stuck):
@@ -83,7 +85,13 @@ class GreedyFold:
         )
 
     def _fold(
-        self, problem: Problem, near: Neighbourhood, movable: np.ndarray, angles: np.ndarray, rng: np.random.Generator
+        self,
+        problem: Problem,
+        near: Neighbourhood,
+        movable: np.ndarray,
+        angles: np.ndarray,
+        rng: np.random.Generator,
+        expendable: np.ndarray | None = None,
     ) -> Fold:
         return fold(
             problem.plane,
@@ -96,4 +104,5 @@ class GreedyFold:
             max_travel=self.max_travel,
             skip_noops=self.skip_noops,
             relief=self.relief,
+            expendable=expendable,
         )

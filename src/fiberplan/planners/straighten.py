@@ -43,10 +43,11 @@ def _speed(arms, knots, j, k, last):
 
 
 @leaf
-def _clear_of(arms, knots, i, a, b, j, first, last, limit):
+def clear_of(arms, knots, i, a, b, j, first, last, limit, most):
     """Whether arm i, moving evenly from knot a to knot b, keeps `limit` [mm] from arm j, of knots [first, last).
 
-    A sample vouches for as long before and after it as the two could not have used up its clearance.
+    A sample vouches for as long before and after it as the two could not have used up its clearance. What takes more
+    than `most` samples counts as not clear.
     """
     t0, t1 = knots[a].time, knots[b].time
     span = t1 - t0
@@ -54,7 +55,7 @@ def _clear_of(arms, knots, i, a, b, j, first, last, limit):
     mine = motion(arms, i, da, db) / span
     shown, ahead = t0, 0.2 * span
     k = first  # arm j is between its knots k and k + 1 at time `shown`
-    for _ in range(_MOST_SAMPLES):
+    for _ in range(most):
         t = min(shown + ahead, t1)
         used = mine * (t - shown)  # by both, from `shown` to t
         at, m = shown, k
@@ -126,7 +127,7 @@ def _refused_by(arms, knots, offsets, counts, near, i, a, b, place, limit):
         if j < len(counts):
             last = offsets[j] + counts[j]
             first = _first_at(knots, offsets[j], last, knots[a].time)
-        if not _clear_of(arms, knots, i, a, b, j, first, last, limit):
+        if not clear_of(arms, knots, i, a, b, j, first, last, limit, _MOST_SAMPLES):
             return k
     return -1
 
@@ -154,13 +155,19 @@ def _straighten(arms, knots, offsets, near, limit):
     return counts
 
 
+def as_knots(trajectory: Trajectory) -> np.ndarray:
+    """All knots as records, to be changed."""
+    knots = np.empty(len(trajectory.times), KNOT)
+    knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
+    return knots
+
+
 def straighten(
     plane: FocalPlane, trajectory: Trajectory, margin: float, near: Neighbourhood | None = None
 ) -> Trajectory:
     """The same start, end and duration with fewer knots, as safe at `margin` [mm] as the input."""
     near = near or Neighbourhood.of(plane, margin)
-    knots = np.empty(len(trajectory.times), KNOT)
-    knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
+    knots = as_knots(trajectory)
     counts = _straighten(plane.arms, knots, trajectory.offsets, near, margin + SLACK)
     keep = np.arange(len(knots)) - np.repeat(trajectory.offsets[:-1], np.diff(trajectory.offsets))
     keep = keep < np.repeat(counts, np.diff(trajectory.offsets))

@@ -16,14 +16,14 @@ class Row(TypedDict):
     n: int  #: over how many trials
 
 
-def value(quantity: str, paper: str | float | None, ours: float | None, n: int) -> Row:
+def value(quantity: str, paper: str | float | None, ours: float | np.floating | None, n: int) -> Row:
     """A single number."""
     return Row(quantity=quantity, paper=paper, ours=None if ours is None else float(ours), spread=None, n=n)
 
 
 def mean(quantity: str, paper: str | float | None, values: Sequence[float] | np.ndarray) -> Row:
     """Mean and standard deviation of what the trials gave."""
-    row = value(quantity, paper, np.mean(values) if len(values) else None, len(values))
+    row = value(quantity, paper, float(np.mean(values)) if len(values) else None, len(values))
     if len(values) > 1:
         row["spread"] = float(np.std(values, ddof=1))
     return row
@@ -31,4 +31,4 @@ def mean(quantity: str, paper: str | float | None, values: Sequence[float] | np.
 
 def share(quantity: str, paper: str | float | None, hits: Sequence[bool] | np.ndarray) -> Row:
     """How many of the trials it happened in."""
-    return value(quantity, paper, np.mean(hits) if len(hits) else None, len(hits))
+    return value(quantity, paper, float(np.mean(hits)) if len(hits) else None, len(hits))

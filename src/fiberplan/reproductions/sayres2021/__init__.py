@@ -17,9 +17,9 @@ from fiberplan.reproductions.sayres2021.trials import folds_at, forward, run_tim
 LEGEND = """\
 literal: moves are tested where they end, as printed; sampled: so, but moves that change nothing are passed over;
 certified: so, and moves are tested over the whole step, with 0.5 um to spare. Every motion is judged by `verify`.
-A buffer of b mm is a margin of 2 (b - 1.5) mm. The step is 1 deg unless another is named. Trial k uses seed k; +- is the
-standard deviation over trials. Run times are CPU time, kernels compiled and neighbour lists made; the paper's are of a
-2.9 GHz Core i9."""
+A buffer of b mm is a margin of 2 (b - 1.5) mm; the step is 1 deg unless another is named; trial k uses seed k; +- is
+the standard deviation over trials. Run times are CPU time, kernels compiled and neighbour lists made; the paper's are
+of a 2.9 GHz Core i9."""
 
 BUFFERS = [float(b) for b in np.linspace(1.5, 3.0, 10)]  #: [mm]
 RELIEF_BUFFERS = [1.5, 2.0, 2.5, 3.0]  #: of Fig. 15 [mm]

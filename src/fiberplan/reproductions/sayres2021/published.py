@@ -1,7 +1,7 @@
 """What Sayres2021 reports, as text for a row and as numbers for a figure. Nothing here is ours.
 
-The figures are of the pre-publication draft. A collision buffer there is the half-width of an arm; the array has arms of
-radius 1.5 mm, so a buffer is a margin of twice what it adds to that.
+The figures are of the pre-publication draft. A collision buffer there is the half-width of an arm; the array has arms
+of radius 1.5 mm, so a buffer is a margin of twice what it adds to that.
 """
 
 import math

@@ -1,13 +1,14 @@
 """What the experiments gave, as rows beside what the paper says."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.reproductions.rows import Row, mean, share, value
 from fiberplan.reproductions.sayres2021 import published
-from fiberplan.reproductions.sayres2021.relief import Relieved, Reliefs
+from fiberplan.reproductions.sayres2021.relief import Reliefs, Relieved
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, RULES, Rule
 from fiberplan.reproductions.sayres2021.trials import Sweep, apart, turned
 from fiberplan.trajectory import Trajectory
@@ -22,7 +23,6 @@ def degrees(step: float) -> str:
 
 def paths(plane: FocalPlane, motions: list[Trajectory], steps: list[float]) -> Iterator[Row]:
     """Fig. 10: the same field folded at two steps; the positioner drawn is the most winding one."""
-    i = most_winding(motions[-1])
     i = most_winding(motions)
     for motion, step in zip(motions, steps, strict=True):
         yield value(f"Fig. 10: fold time at {degrees(step)} [s]", None, motion.duration, 1)
@@ -108,7 +108,7 @@ def fold_times(sweep: Sweep, reliefs: Reliefs) -> Iterator[Row]:
 
 def target_to_target(times: list[float]) -> list[float]:
     """Time of moving from each field through folded to the next [s], from their fold times."""
-    return [a + b for a, b in zip(times[:-1], times[1:], strict=True)]
+    return [a + b for a, b in pairwise(times)]
 
 
 def forward(arrived: dict[Rule, list[float]]) -> Iterator[Row]:

@@ -1,0 +1,120 @@
+"""The figures of the README: GreedyFold and verify, from 547 to 100,000 positioners, on one core.
+
+Each figure is measured on this run: CPU and wall time, median of several fields with the kernels warm, and peak memory
+of the process so far. The calibration loop is the same work everywhere, so that runs on different machines compare.
+
+Usage: python benchmarks/bench.py [--quick] [--json FILE]
+"""
+
+import argparse
+import json
+import platform
+import resource
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import fiberplan as fp
+from fiberplan.fields import uniform_field
+from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.segments import segment_to_segment
+
+SEGMENTS = 10**8
+RINGS = {547: 13, 4_921: 40, 19_927: 81, 99_919: 182}
+
+
+@kernel
+def calibration(x, count):
+    """`count` segment distances [mm^2], summed so that none can be left out."""
+    total = 0.0
+    for k in range(count):
+        a, b = x[k & 7], x[(k + 3) & 7]
+        d2, _, _ = segment_to_segment(0.0, 0.0, a, 1.0, b, 2.0, 3.0, a + b)
+        total += d2
+    return total
+
+
+def timed(work: Callable[[], object]) -> tuple[float, float, object]:
+    """CPU seconds, wall seconds and result of `work`."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    result = work()
+    return time.process_time() - cpu, time.perf_counter() - wall, result
+
+
+def peak_memory() -> float:
+    """Peak resident memory of this process so far [MiB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def array(n: int) -> fp.FocalPlane:
+    """A filled hexagon of Sayres2021's positioners."""
+    return fp.FocalPlane.load("sayres2021") if n == 547 else fp.FocalPlane.hexagonal(RINGS[n], 22.4)
+
+
+def fold_row(plane: fp.FocalPlane, step: float, margin: float, seeds: int) -> dict:
+    """Fold times over several uniform fields: whole plans from folded, their walks alone, and their proofs."""
+    rows: dict[str, list[float]] = {key: [] for key in ("cpu", "wall", "walk", "verify", "knots", "makespan")}
+    lost = unproven = 0
+    for seed in range(seeds):
+        problem = fp.Problem(plane, plane.folded, uniform_field(plane, seed, margin), margin)
+        cpu, wall, plan = timed(lambda p=problem: fp.planners.GreedyFold(step=step).plan(p))
+        proof, _, certificate = timed(lambda p=plan, m=margin: fp.verify(plane, p.trajectory, m))
+        lost, unproven = lost + len(plan.lost), unproven + (not certificate.ok)
+        values = (cpu, wall, plan.timings["walk"], proof, len(plan.trajectory.times) / plane.n, plan.makespan)
+        for key, value in zip(rows, values, strict=True):
+            rows[key].append(value)
+    medians = {key: statistics.median(values) for key, values in rows.items()}
+    return {
+        "positioners": plane.n,
+        "step [deg]": float(round(np.degrees(step), 4)),
+        "buffer [mm]": 1.5 + margin / 2,
+        "fields": seeds,
+        "plan CPU [ms]": 1e3 * medians["cpu"],
+        "plan CPU best [ms]": 1e3 * min(rows["cpu"]),
+        "plan wall [ms]": 1e3 * medians["wall"],
+        "walk CPU [ms]": 1e3 * medians["walk"],
+        "verify CPU [ms]": 1e3 * medians["verify"],
+        "plan per positioner [us]": 1e6 * medians["cpu"] / plane.n,
+        "knots": medians["knots"],
+        "makespan [s]": medians["makespan"],
+        "lost": lost,
+        "not proven": unproven,
+        "peak memory [MiB]": peak_memory(),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="fewer fields, up to 5,000 positioners")
+    parser.add_argument("--json", type=Path, help="also write the rows to this file")
+    options = parser.parse_args()
+
+    x = np.random.default_rng(0).random(8)
+    calibration(x, 10)
+    loops = [timed(lambda: calibration(x, SEGMENTS))[0] for _ in range(1 if options.quick else 3)]
+    small = array(547)
+    warm = fp.Problem(small, small.folded, uniform_field(small, 0, 1.0), 1.0)
+    fp.planners.GreedyFold(step=np.radians(1.0)).plan(warm).certificate  # noqa: B018 compiles every kernel
+    print(f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}")
+    print(f"calibration: 10^8 segment distances in {statistics.median(loops):.2f} s CPU\n")
+
+    seeds = 5 if options.quick else 21
+    rows = [fold_row(small, np.radians(step), 0.0, seeds) for step in (1.0, 0.1)]
+    rows.append(fold_row(small, np.radians(0.01), 0.0, 3 if options.quick else 7))
+    rows += [fold_row(small, np.radians(1.0), margin, seeds) for margin in (1.0, 2.0, 3.0)]
+    for n in (4_921,) if options.quick else (4_921, 19_927, 99_919):
+        rows.append(fold_row(array(n), np.radians(1.0), 0.0, 5 if n < 50_000 else 3))
+
+    names = list(rows[0])
+    print(" | ".join(names))
+    for row in rows:
+        print(" | ".join(f"{row[name]:.4g}" for name in names))
+    if options.json:
+        options.json.write_text(json.dumps({"calibration [s]": statistics.median(loops), "rows": rows}, indent=1))
+
+
+if __name__ == "__main__":
+    main()
