@@ -100,13 +100,16 @@ def looks(trajectory, i, j, count):
 
 
 def smallest_over_time(plane, trajectory, i, j, count=2000):
-    """(smallest sampled clearance, its time) with finer looks around the smallest of the first."""
+    """(smallest sampled clearance, its time) with finer looks around the dozen smallest dips of the first."""
     times = looks(trajectory, i, j, count)
     for _ in range(4):
         values = clearance_over_time(plane, trajectory, i, j, times)
-        k = int(np.argmin(values))
-        smallest, when = float(values[k]), float(times[k])
-        times = np.linspace(times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)], 40)
+        smallest, when = float(values.min()), float(times[values.argmin()])
+        walled = np.pad(values, 1, constant_values=np.inf)
+        dips = np.flatnonzero((values <= walled[:-2]) & (values < walled[2:]))
+        dips = dips[np.argsort(values[dips], kind="stable")][:12]
+        low, high = times[np.maximum(dips - 1, 0)], times[np.minimum(dips + 1, len(times) - 1)]
+        times = np.unique(low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 21))
     return smallest, when
 
 
@@ -161,7 +164,7 @@ def varied_plane(rng, n=3, obstacles=True):
         Body(np.array([[0.0, 0.0], [14.0, 0.5]]), rng.uniform(0.2, 1.5, n), category="low", meets=("low", "post")),
         Body(hull, 0.3, closed=True, category="high", meets=("high",)),
         Body(STAR * 1.2 + [9.0, 0.0], 0.0, closed=True, category="top", meets=("top",)),
-        Body(rng.normal(0, 3, (n, 4, 2)) + [5.0, 0.0], 0.4, link="alpha", category="low", meets=("low",)),
+        Body(rng.normal(0, 3, (n, 4, 2)) + np.array([5.0, 0.0]), 0.4, link="alpha", category="low", meets=("low",)),
         Body(np.array([[0.0, 0.0]]), 1.0, link="base", category="post", meets=()),
     )
     fixed = (

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 import shapely
-from references import STAR, make_plane
 
 from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import InstrumentError
 from fiberplan.kernels.clearance import clearance
+from references import STAR, make_plane
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
 COMB = np.array([[0, 0], [9, 0], [9, 5], [8, 5], [8, 1], [6, 1], [6, 5], [5, 5], [5, 1], [3, 1], [3, 5], [0, 5]], float)

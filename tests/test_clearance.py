@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from references import STAR, links, make_plane, placed, sampled_clearance, varied_plane
 
 from fiberplan.bodies import Body, Obstacle
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance, clearances
+from references import STAR, links, make_plane, placed, sampled_clearance, varied_plane
 
 ARM = np.array([[0.0, 0.0], [10.0, 0.0]])
 BOX = np.array([[0.0, -2.0], [10.0, -2.0], [10.0, 2.0], [0.0, 2.0]])
@@ -65,7 +65,7 @@ def test_overlap_saturates_at_minus_the_radii():
     assert gap(plane, 0, (0, 0.2), 1, (0, 2.9)) == -3.0  # however deep
 
 
-@pytest.mark.parametrize("inner", [ARM[:1] + [3.0, 0.0], ARM * 0.1 + [3.0, 0.5], BOX * 0.1 + [4.0, 0.0]])
+@pytest.mark.parametrize("inner", [np.array([[3.0, 0.0]]), ARM * 0.1 + [3.0, 0.5], BOX * 0.1 + [4.0, 0.0]])
 def test_containment_is_contact(inner):
     closed = len(inner) > 2
     outside = Obstacle("outline", BOX, 0.25, closed=True)
@@ -120,7 +120,7 @@ UNKNOWN = [(np.nan, np.nan), (0.0, np.nan), (np.nan, 0.0), (np.inf, 0.0)]
 @pytest.mark.parametrize("radius", [0.0, 1.0])
 @pytest.mark.parametrize("shape", ["disc", "capsule", "outline", "star"])
 def test_unknown_angles_are_never_clear(shape, radius):
-    points = {"disc": ARM[1:], "capsule": ARM, "outline": BOX, "star": STAR + [9.0, 0.0]}[shape]
+    points = {"disc": ARM[1:], "capsule": ARM, "outline": BOX, "star": STAR + np.array([9.0, 0.0])}[shape]
     body = Body(points, radius, closed=shape in ("outline", "star"))
     plane = make_plane([[0, 0], [16, 0]], [body])
     for known in [(0.0, 1.5), (0.0, -1.5), (3.0, 0.0)]:
@@ -132,7 +132,7 @@ def test_unknown_angles_are_never_clear(shape, radius):
 
 @pytest.mark.parametrize("closed", [False, True])
 def test_unknown_angles_are_never_clear_of_obstacles(closed):
-    plane = make_plane([0, 0], [Body(ARM, 0.0)], [Obstacle("camera", BOX + [0.0, 12.0], closed=closed)])
+    plane = make_plane([0, 0], [Body(ARM, 0.0)], [Obstacle("camera", BOX + np.array([0.0, 12.0]), closed=closed)])
     for unknown in UNKNOWN:
         assert np.isnan(gap(plane, 0, unknown, 1))
         assert np.isnan(gap(plane, 1, (0.0, 0.0), 0, unknown))

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from references import links, make_plane, varied_plane
 
 from fiberplan.bodies import Body
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
+from references import links, make_plane, varied_plane
 
 ARM = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)
 
@@ -68,7 +68,9 @@ def test_reach_holds_every_body_point():
         plane = varied_plane(np.random.default_rng(seed))
         farthest = np.zeros(plane.n)
         for body in plane.bodies:
-            extent = np.linalg.norm(np.broadcast_to(body.points, (plane.n, *body.points.shape[-2:])), axis=2).max(axis=1)
+            extent = np.linalg.norm(np.broadcast_to(body.points, (plane.n, *body.points.shape[-2:])), axis=2).max(
+                axis=1
+            )
             farthest = np.maximum(farthest, extent + body.radius + plane.length * (body.link == "beta"))
         np.testing.assert_allclose(plane.reach, farthest)
 

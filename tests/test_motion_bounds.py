@@ -1,10 +1,10 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from references import STAR, make_plane, placed, varied_plane
 
 from fiberplan.bodies import Body
 from fiberplan.kernels.arms import acceleration, motion
+from references import STAR, make_plane, placed, varied_plane
 
 TURN = st.floats(-3, 3)
 TWO_LINKS = st.fixed_dictionaries({"l1": st.floats(0, 20), "x": st.floats(-30, 30), "y": st.floats(-30, 30)})

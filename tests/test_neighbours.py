@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from references import varied_plane
 
 from fiberplan.kernels.clearance import clearance, clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_lists, neighbour_pairs, sort_into_cells
 from fiberplan.neighbourhood import Neighbourhood, clearance_around, touching
+from references import varied_plane
 
 WAYS = {
     "uniform": lambda rng, n: rng.uniform(0, 100, (n, 2)),

@@ -5,9 +5,9 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from references import segment_distance
 
 from fiberplan.kernels.segments import point_to_segment, segment_to_segment, segments_cross
+from references import segment_distance
 
 COORDINATE = st.one_of(
     st.integers(-3, 3).map(float),  # parallel, touching, collinear and zero-length ones come of themselves
@@ -24,7 +24,9 @@ def distance(values):
 def witness(values):
     a, b = np.array(values[:4]).reshape(2, 2), np.array(values[4:]).reshape(2, 2)
     short = [np.abs(s[1] - s[0]).max() < 1e-11 for s in (a, b)]  # shapely divides by the length
-    return shapely.distance(*[shapely.Point(s[0]) if p else shapely.LineString(s) for s, p in zip((a, b), short, strict=True)])
+    return shapely.distance(
+        *[shapely.Point(s[0]) if p else shapely.LineString(s) for s, p in zip((a, b), short, strict=True)]
+    )
 
 
 @settings(max_examples=600, deadline=None, derandomize=True)
@@ -52,7 +54,7 @@ def test_vector_is_of_that_length_and_joins_the_two(values):
 @given(SEGMENTS)
 def test_symmetric_in_order_and_direction(values):
     ax, ay, bx, by, cx, cy, dx, dy = values
-    d2, wx, wy = segment_to_segment(*values)
+    d2, _, _ = segment_to_segment(*values)
     assert segment_to_segment(cx, cy, dx, dy, ax, ay, bx, by)[0] == pytest.approx(d2, rel=1e-9, abs=1e-18)
     assert segment_to_segment(bx, by, ax, ay, cx, cy, dx, dy)[0] == pytest.approx(d2, rel=1e-9, abs=1e-18)
     mirrored = segment_to_segment(ay, ax, by, bx, cy, cx, dy, dx)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from references import make_plane, sampled_clearance, varied_plane
 
 from fiberplan.bodies import Body, Obstacle
 from fiberplan.kernels.sweep import swept_clear
+from references import make_plane, sampled_clearance, varied_plane
 
 CAPSULE = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)
 

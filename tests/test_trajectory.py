@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from references import motion_of, sampled
 
 from fiberplan.errors import TrajectoryError
 from fiberplan.trajectory import Trajectory
+from references import motion_of, sampled
 
 
 def random_motion(seed, n=4, first=0.0):

@@ -4,17 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from references import (
-    STAR,
-    clearance_over_time,
-    first_below,
-    make_plane,
-    motion_of,
-    sampled,
-    sampled_clearance,
-    smallest_over_time,
-    varied_plane,
-)
 
 from fiberplan.bodies import Body, Obstacle
 from fiberplan.certificates import verify
@@ -26,6 +15,17 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.even_motion import constant_speed_bound
 from fiberplan.trajectory import Trajectory
+from references import (
+    STAR,
+    clearance_over_time,
+    first_below,
+    make_plane,
+    motion_of,
+    sampled,
+    sampled_clearance,
+    smallest_over_time,
+    varied_plane,
+)
 
 TIP = Body(np.array([[10.0, 0.0]]), 1.0)
 CAPSULE = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)
@@ -103,11 +103,13 @@ def test_a_contact_of_a_millisecond_within_a_long_motion(rest):
     """The tip crosses a post of 0.9 mm (with its own) at 900 mm/s: seen at no coarse sample."""
     plane = one(Body(np.array([[10.0, 0.0]]), 0.2), obstacles=[post(0.0, 15.0, 0.25)], max_speed=100.0)
     quick = 3.0 / 60.0
-    motion = motion_of([(0.0, 0.0, 0.0), (rest + 1e-3, 0.1, 0.0), (rest + 1e-3 + quick, 3.1, 0.0), (3 * rest + 9, 0, 0)])
+    motion = motion_of(
+        [(0.0, 0.0, 0.0), (rest + 1e-3, 0.1, 0.0), (rest + 1e-3 + quick, 3.1, 0.0), (3 * rest + 9, 0, 0)]
+    )
     _, contact = pair_minimum(plane, motion)
     assert contact.pair == (0, -1)
     arc = 2 * np.arcsin(0.225 / 15.0)
-    expected = rest + 1e-3 + (np.pi / 2 - arc - 0.1) / 60.0
+    expected = start + (np.pi / 2 - arc - 0.1) / 60.0
     assert contact.time == pytest.approx(expected, abs=1e-4)
     clear = plane.replace(obstacles=(post(0.0, 15.451, 0.25),))
     assert verify(clear, motion).ok
@@ -178,7 +180,7 @@ def test_obstacles_of_every_kind_are_hit_and_named_by_number():
     far = [post(500.0, 500.0), post(0.0, -40.0)]
     for k, obstacle in enumerate([wall, camera, post(0.0, 15.0)]):
         for place in range(3):
-            obstacles = far[:place] + [obstacle] + far[place:]
+            obstacles = [*far[:place], obstacle, *far[place:]]
             plane = one(obstacles=obstacles)
             _, contact = pair_minimum(plane, SWING)
             assert contact.pair == (0, -1 - place), k
@@ -434,7 +436,7 @@ def test_bound_of_an_interval_is_never_above_the_truth(seed):
 
 
 def assert_certificate_is_true(plane, motion, margin=0.0, count=1500):
-    """Every proven clearance is below every sampled one and near the smallest; contacts are those that sampling finds."""
+    """Every proven clearance is below all that sampling finds and near its smallest; contacts are those it finds."""
     certificate = verify(plane, motion, margin)
     low = {tuple(p): c for p, c in zip(certificate.pairs.tolist(), certificate.clearance, strict=True)}
     fixed = zip(certificate.obstacle_pairs.tolist(), certificate.obstacle_clearance, strict=True)
@@ -448,9 +450,10 @@ def assert_certificate_is_true(plane, motion, margin=0.0, count=1500):
         smallest, when = smallest_over_time(plane, motion, i, j, count)
         proven = low.get((i, j), margin)
         assert proven <= smallest + 1e-9, (i, j, when)
-        if (i, j) in low and not (proven > margin + CAP):
-            assert smallest - proven < TOLERANCE + 0.01, (i, j)  # sampling is the coarser of the two
         contact = found.pop((i, j if j < plane.n else plane.n - 1 - j), None)
+        if (i, j) in low and not (proven > margin + CAP):
+            seen = smallest if contact is None else min(smallest, contact.clearance)
+            assert seen - proven < TOLERANCE + 0.03, (i, j)  # sampling is the coarser of the two
         assert (contact is None) == (proven >= margin)
         if smallest < margin - 1e-7:
             assert contact is not None
@@ -476,7 +479,9 @@ def test_random_motions_of_a_hexagon(seed):
     plane = FocalPlane.hexagonal(1, rng.uniform(18, 24), radius=rng.choice([0.0, 0.5, 1.5]), max_speed=1e3)
     plane = plane.replace(lower=np.full((7, 2), -99.0), upper=np.full((7, 2), 99.0))
     if seed % 3 == 0:
-        plane = plane.replace(obstacles=(post(9.0, 7.0, 0.8), Obstacle("camera", STAR + [-11.0, 5.0], closed=True)))
+        plane = plane.replace(
+            obstacles=(post(9.0, 7.0, 0.8), Obstacle("camera", STAR + np.array([-11.0, 5.0]), closed=True))
+        )
     motion = random_knots(rng, 7, 12.0, size=rng.choice([0.1, 0.5, 2.0]))
     assert_certificate_is_true(plane, motion, rng.choice([0.0, 0.5]), count=700)
 
@@ -581,7 +586,9 @@ def test_contact_only_if_a_clock_is_late():
     assert calm > 0
     times = np.linspace(0, 4, 4000)
     worst = {
-        tau: min(clearance_over_time(plane, CROSSING, 0, 1, times, a, b).min() for a in (-tau, tau) for b in (-tau, tau))
+        tau: min(
+            clearance_over_time(plane, CROSSING, 0, 1, times, a, b).min() for a in (-tau, tau) for b in (-tau, tau)
+        )
         for tau in (0.001, 0.01, 0.1, 0.3, 0.5, 0.6, 0.7, 1.0)
     }
     assert min(worst.values()) < 0 < max(worst.values())  # the scene is about the clocks
@@ -619,7 +626,9 @@ def test_jitter_reaches_past_the_knots():
     """At rest when the other passes, but moving shortly after: a late clock counts the speed that is near in time."""
     plane = make_plane([[0, 0], [31.5, 0]], [TIP], max_speed=1e3)
     # the first's tip comes to (15, 0) just when the second has left (16.5, 0)
-    motion = motion_of([(0.0, -1.0, 0.0), (1.0, 0.0, 0.0)], [(0.0, np.pi, 0.0), (0.85, np.pi, 0.0), (0.9, np.pi - 1, 0.0)])
+    motion = motion_of(
+        [(0.0, -1.0, 0.0), (1.0, 0.0, 0.0)], [(0.0, np.pi, 0.0), (0.85, np.pi, 0.0), (0.9, np.pi - 1, 0.0)]
+    )
     assert verify(plane, motion).ok
     late = clearance_over_time(plane, motion, 0, 1, np.linspace(0, 1.2, 3000), 0.0, -0.2).min()
     assert late < 0

@@ -15,6 +15,7 @@ from fiberplan.neighbourhood import Neighbourhood
 _STEP = np.radians(8.0)  # of the fastest joint, for one edge
 _NODES = 500  # of either tree; most ways out take under 100, and a search that needs more rarely ends
 _GOAL_BIAS = 0.1
+_ROUNDS = 3  # of shortening what was found
 _SHORTENINGS = 3  # an edge that is refused is tried at a quarter of its length, and so on: ways out can be narrow
 
 
@@ -158,7 +159,7 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
 
 @kernel
 def _shorten(arms, near, rest, members, place, chain, limit, blame):
-    """The chain with every stretch replaced that an even move can replace."""
+    """The chain with every stretch replaced that an even move can replace, from its nodes."""
     kept = np.empty_like(chain)
     kept[0] = chain[0]
     count, a = 1, 0
@@ -170,6 +171,24 @@ def _shorten(arms, near, rest, members, place, chain, limit, blame):
         count += 1
         a = b
     return kept[:count].copy()
+
+
+@kernel
+def _subdivided(chain, speed, step):
+    """The same chain with nodes at most `step` [s] apart."""
+    pieces = np.empty(len(chain) - 1, np.int64)
+    for k in range(len(chain) - 1):
+        pieces[k] = max(1, int(np.ceil(_travel_time(chain[k], chain[k + 1], speed) / step)))
+    out = np.empty((pieces.sum() + 1, chain.shape[1]))
+    count = 0
+    for k in range(len(chain) - 1):
+        for m in range(pieces[k]):
+            part = m / pieces[k]
+            for d in range(chain.shape[1]):
+                out[count, d] = chain[k, d] + part * (chain[k + 1, d] - chain[k, d])
+            count += 1
+    out[count] = chain[len(chain) - 1]
+    return out
 
 
 def joint_path(
@@ -213,6 +232,7 @@ def joint_path(
     chain = _rrt_connect(*shared, start, end, lower, upper, speed, step, limit, np.uint64(seed), most, blame)
     if not len(chain):
         return None, blame
-    chain = _shorten(*shared, chain, limit, blame)
+    for _ in range(_ROUNDS):
+        chain = _shorten(*shared, _subdivided(chain, speed, step), limit, blame)
     times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(chain, axis=0) / speed).max(axis=1))])
     return (times, chain.reshape(len(chain), -1, 2)), blame

@@ -1,0 +1,156 @@
+"""The compiled walk against the paper's listing written out plainly, and its traps."""
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.fields import uniform_field
+from fiberplan.kernels.clearance import clearance
+from fiberplan.kernels.sweep import SLACK
+from fiberplan.planners.greedy_walk import SPEED_ALLOWANCE, Walker
+from fiberplan.planners.ranked_moves import EXHAUSTED, FOLDED, STALLED, STUCK
+
+DEG = np.pi / 180.0
+RANKING = [(-1, 1), (0, 1), (1, 1), (-1, 0), (1, 0), (-1, -1), (0, -1), (1, -1)]  # as printed, (alpha, beta)
+
+
+def listing(plane, angles, margin, step, loops, skip_noops):
+    """Sayres2021's listing: in turn, the first of eight moves whose end touches nobody where they are now."""
+    angles = angles.copy()
+    neighbours = [[] for _ in range(plane.n)]
+    for i, j in plane.pairs:
+        neighbours[i].append(j)
+        neighbours[j].append(i)
+    for loop in range(loops):
+        if np.array_equal(angles, plane.folded):
+            return angles, loop
+        for i in range(plane.n):
+            if np.array_equal(angles[i], plane.folded[i]):
+                continue
+            for da, db in RANKING:
+                new = angles[i] + step * np.array([da, db])
+                new = np.clip(new, plane.lower[i], plane.upper[i])
+                for stop in (plane.lower[i], plane.upper[i]):
+                    new = np.where(np.abs(new - stop) < 1e-12, stop, new)
+                if np.array_equal(new, angles[i]):
+                    if skip_noops:
+                        continue
+                    break
+                if all(clearance(plane.arms, i, *new, j, *angles[j]) >= margin + SLACK for j in neighbours[i]):
+                    angles[i] = new
+                    break
+    return angles, loops
+
+
+@pytest.mark.parametrize("skip_noops", [True, False])
+@pytest.mark.parametrize(("margin", "seed"), [(0.0, 0), (2.0, 1), (3.0, 2)])
+def test_sampled_rule_is_the_listing(margin, seed, skip_noops):
+    """Allowances, lazy frames and remembered refusals change nothing: same angles, same number of loops."""
+    plane = fp.FocalPlane.hexagonal(3, 22.4)
+    start = uniform_field(plane, seed, margin)
+    expected, loops = listing(plane, start, margin, 2 * DEG, 250, skip_noops)
+    walker = Walker(plane, start, margin, 2 * DEG, plane.online, swept=False, skip_noops=skip_noops)
+    ended = walker.run(500 * DEG)
+    if ended != STUCK:  # the listing goes on standing still
+        assert walker.loops == loops
+    np.testing.assert_allclose(walker.angles, expected, atol=1e-9)
+    assert (ended == FOLDED) == np.array_equal(expected, plane.folded)
+
+
+@pytest.mark.parametrize("step", [2.0, 0.5])
+@pytest.mark.parametrize("seed", range(6))
+def test_swept_rule_is_safe_as_recorded(seed, step):
+    """The recorded motion is simultaneous; it is proven safe whether or not everyone folds."""
+    plane = fp.FocalPlane.hexagonal(4, 22.4)
+    margin = 0.5 * seed
+    walker = Walker(plane, uniform_field(plane, seed, margin), margin, step * DEG, plane.online)
+    walker.run(700 * DEG)
+    certificate = fp.verify(plane, walker.trajectory(), margin)
+    assert certificate.ok, (certificate.contacts, certificate.undecided, certificate.violations)
+
+
+def test_sampled_rule_is_not_safe_as_recorded():
+    """What the swept test is for: by the published rule, simultaneous motion touches."""
+    plane = fp.FocalPlane.hexagonal(6, 22.4)
+    touching = 0
+    for seed in range(5):
+        walker = Walker(plane, uniform_field(plane, seed, 1.0), 1.0, 3 * DEG, plane.online, swept=False)
+        walker.run(700 * DEG)
+        touching += len(fp.verify(plane, walker.trajectory(), 1.0).contacts)
+    assert touching > 0
+
+
+def alone(alpha, beta, **changes):
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(**changes)
+    return plane, np.array([[alpha, beta]]) * DEG
+
+
+def test_one_arm_folds_at_full_speed():
+    plane, start = alone(100.0, 30.0)
+    walker = Walker(plane, start, 0.0, 1 * DEG, plane.online)
+    assert walker.run(700 * DEG) == FOLDED
+    assert walker.loops == 150
+    np.testing.assert_array_equal(walker.angles, plane.folded)
+    assert walker.trajectory().duration == pytest.approx(5.0 / SPEED_ALLOWANCE)
+    assert fp.verify(plane, walker.trajectory()).ok
+
+
+def test_a_step_that_does_not_divide_the_way_lands_on_folded():
+    plane, start = alone(100.3, 30.7, folded=np.radians([[10.05, 169.9]]))
+    walker = Walker(plane, start, 0.0, 0.7 * DEG, plane.online)
+    assert walker.run(700 * DEG) == FOLDED
+    np.testing.assert_array_equal(walker.angles, plane.folded)
+
+
+def test_an_arm_beyond_the_park_state_comes_back():
+    """Folded within the range: some have to turn alpha up and beta down."""
+    plane, start = alone(3.0, 178.0, folded=np.radians([[10.0, 170.0]]))
+    walker = Walker(plane, start, 0.0, 1 * DEG, plane.online)
+    assert walker.run(700 * DEG) == FOLDED
+    assert walker.loops == 8
+
+
+def blocked_at_the_limit():
+    """An arm at alpha = 0 whose beta cannot fold, because a held arm lies in the way."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    start = plane.folded.copy()
+    start[3] = np.radians([0.0, 60.0])
+    start[6] = np.radians([215.0, 40.0])
+    return plane, start, np.arange(plane.n) != 6
+
+
+def test_noop_trap():
+    """As printed, a blocked arm at its limit "takes" a clamped move for ever; skipping no-ops lets it unfold."""
+    plane, start, movable = blocked_at_the_limit()
+    assert plane.clearance(start).min() > 0
+    literal = Walker(plane, start, 0.0, 1 * DEG, movable, skip_noops=False)
+    literal.run(700 * DEG)
+    skipping = Walker(plane, start, 0.0, 1 * DEG, movable, skip_noops=True, patience=50 * DEG)
+    skipping.run(700 * DEG)
+    assert np.all(literal.trajectory().angles[:, 0] >= 0)
+    moved = []
+    for motion in (literal.trajectory(), skipping.trajectory()):
+        mine = slice(motion.offsets[3], motion.offsets[4])
+        moved.append(np.abs(np.diff(motion.angles[mine, 0])))
+    assert moved[0].sum() == 0.0
+    assert moved[1].sum() > 0.0
+
+
+def test_ends_are_told_apart():
+    plane, start = alone(100.0, 30.0)
+    walker = Walker(plane, start, 0.0, 1 * DEG, plane.online)
+    assert walker.run(20 * DEG) == EXHAUSTED
+    assert walker.loops == 20
+    assert walker.run(700 * DEG) == FOLDED  # goes on where it stopped
+    plane, start, movable = blocked_at_the_limit()
+    assert Walker(plane, start, 0.0, 1 * DEG, movable, patience=20 * DEG).run(700 * DEG) in (STALLED, STUCK)
+
+
+def test_reversed_ranking_unfolds():
+    plane, start = alone(100.0, 30.0)
+    walker = Walker(plane, start, 0.0, 1 * DEG, plane.online)
+    walker.reverse_ranking(0, 10 * DEG)
+    walker.run(10 * DEG)
+    assert walker.angles[0, 0] > start[0, 0]
+    assert walker.angles[0, 1] < start[0, 1]
+    assert walker.run(700 * DEG) == FOLDED

@@ -1,0 +1,115 @@
+"""A joint way out for a few, straightening, and places to rest."""
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.fields import uniform_field
+from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.planners.clusters import clusters
+from fiberplan.planners.coupled import joint_path
+from fiberplan.planners.greedy_walk import Walker
+from fiberplan.planners.resting import place_the_rest
+from fiberplan.planners.straighten import straighten
+
+DEG = np.pi / 180.0
+
+
+def as_motion(plane, angles, members, path):
+    """The members' path as a motion of everyone."""
+    times, way = path
+    samples = np.repeat(angles[None], len(times), axis=0)
+    samples[:, members] = way
+    return fp.Trajectory.from_samples(times * (1 + 1e-9), samples)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_arms_exchange_sides(seed):
+    """Neither can go first: one has to make room, which no even move of both together does."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    angles = plane.folded.copy()
+    members = np.array([2, 3])
+    angles[members] = np.array([[20.0, 10.0], [200.0, 10.0]]) * DEG
+    goal = np.array([[340.0, 10.0], [160.0, 10.0]]) * DEG
+    near = Neighbourhood.of(plane, 0.3)
+    path, _ = joint_path(plane, near, members, angles, goal, 0.3, seed, most=5000)
+    assert path is not None
+    np.testing.assert_array_equal(path[1][0], angles[members])
+    np.testing.assert_array_equal(path[1][-1], goal)
+    motion = as_motion(plane, angles, members, path)
+    assert fp.verify(plane, motion, 0.3).ok
+    assert not fp.verify(plane, as_motion(plane, angles, members, (path[0][[0, -1]], path[1][[0, -1]])), 0.3).ok
+
+
+def test_no_way_is_said_and_blamed():
+    """A held arm in the way is named by the blame count."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    angles = plane.folded.copy()
+    angles[3] = np.radians([0.0, 60.0])
+    angles[6] = np.radians([215.0, 40.0])
+    near = Neighbourhood.of(plane, 0.0)
+    goal = np.array([[1.5 * np.pi, np.pi / 3]])
+    overlapping = np.radians([[35.0, 0.0]])
+    assert joint_path(plane, near, np.array([3]), angles, overlapping, 0.0, 0, most=200)[0] is None
+    _, blame = joint_path(plane, near, np.array([3]), angles, overlapping, 0.0, 0, most=200)
+    assert blame.argmax() == 6
+    assert goal.shape == (1, 2)
+
+
+def test_same_seed_same_path():
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    angles = plane.folded.copy()
+    angles[[2, 3]] = np.array([[20.0, 10.0], [200.0, 10.0]]) * DEG
+    near = Neighbourhood.of(plane, 0.0)
+    goal = np.array([[340.0, 10.0], [160.0, 10.0]]) * DEG
+    runs = [joint_path(plane, near, np.array([2, 3]), angles, goal, 0.0, 5, most=5000)[0] for _ in range(2)]
+    np.testing.assert_array_equal(runs[0][1], runs[1][1])
+
+
+@pytest.mark.parametrize("margin", [0.0, 1.0, 2.5])
+def test_straightening_keeps_ends_duration_and_safety(margin):
+    plane = fp.FocalPlane.hexagonal(5, 22.4)
+    walker = Walker(plane, uniform_field(plane, 3, margin), margin, 0.5 * DEG, plane.online)
+    walker.run(700 * DEG)
+    winding = walker.trajectory()
+    even = straighten(plane, winding, margin)
+    assert len(even.times) < 0.7 * len(winding.times)
+    assert even.duration == winding.duration
+    np.testing.assert_array_equal(even.start, winding.start)
+    np.testing.assert_array_equal(even.end, winding.end)
+    assert fp.verify(plane, even, margin).ok
+
+
+def test_straightening_never_cuts_through():
+    """Shortest in joint space would sweep through a neighbour: the way round is kept."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    angles = plane.folded.copy()
+    members = np.array([2, 3])
+    angles[members] = np.array([[20.0, 10.0], [200.0, 10.0]]) * DEG
+    goal = np.array([[340.0, 10.0], [160.0, 10.0]]) * DEG
+    near = Neighbourhood.of(plane, 0.0)
+    path, _ = joint_path(plane, near, members, angles, goal, 0.0, 1, most=5000)
+    even = straighten(plane, as_motion(plane, angles, members, path), 0.0)
+    assert fp.verify(plane, even).ok
+    assert len(even.times) > 2 * plane.n - 5
+
+
+def test_places_to_rest_are_clear():
+    plane = fp.FocalPlane.hexagonal(3, 22.4)
+    near = Neighbourhood.of(plane, 1.0)
+    known = uniform_field(plane, 1, 1.0).copy()
+    known[::2] = np.nan
+    end, nowhere = place_the_rest(plane, known, plane.folded, near, 1.0)
+    assert not len(nowhere)
+    assert plane.clearance(end).min() >= 1.0
+    kept = ~np.isnan(known[:, 0])
+    np.testing.assert_array_equal(end[kept], known[kept])
+    folded = np.all(end == plane.folded, axis=1)
+    assert folded.sum() > 0.4 * (~kept).sum()
+
+
+def test_clusters_are_the_connected_parts():
+    plane = fp.FocalPlane.hexagonal(6, 22.4)
+    near = Neighbourhood.of(plane, 0.0)
+    row = [plane.index[f"R0C{c}"] for c in (1, 2, 3, 9, 10)]
+    assert clusters(near, row) == [sorted(row[:3]), sorted(row[3:])]
