@@ -7,8 +7,11 @@ import fiberplan as fp
 from fiberplan.bodies import Obstacle
 from fiberplan.errors import ProblemError
 from fiberplan.fields import uniform_field
+from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Outcome
 from fiberplan.planners import PLANNERS
+from fiberplan.planners.giving_up import Losses
+from fiberplan.planners.joint_relief import Fold
 
 DEG = np.pi / 180.0
 COARSE = {"step": 1.0 * DEG}
@@ -32,10 +35,10 @@ def line(n=2, pitch=22.4):
 
 
 def exchange():
-    """Two arms that lie across each other's way and want each other's side."""
+    """Two arms of which one has to make room for the other."""
     plane = line()
-    start = np.array([[20.0, 10.0], [200.0, 10.0]]) * DEG
-    goal = np.array([[340.0, 10.0], [160.0, 10.0]]) * DEG
+    start = np.array([[281.0, 115.0], [218.0, 35.0]]) * DEG
+    goal = np.array([[135.0, 169.0], [29.0, 39.0]]) * DEG
     return fp.Problem(plane, start, goal)
 
 
@@ -56,7 +59,7 @@ def offline_across():
     online[[9, 3]] = False
     plane = plane.replace(online=online)
     start = plane.folded.copy()
-    start[9] = np.radians([90.0, 40.0])
+    start[9] = np.radians([30.0, 10.0])
     return fp.Problem(plane, start, uniform_field(plane, 4, 0.0, start=start), 0.0)
 
 
@@ -222,16 +225,23 @@ def test_joint_relief_loses_less():
     assert lost["joint"] < lost["none"]
 
 
-def test_the_one_that_matters_less_is_given_up():
-    """Of two deadlocked positioners the one of lower priority is lost, whichever that is."""
-    problem = crowded()
-    plain = fp.planners.GreedyFold(relief="none", **COARSE).plan(problem)
-    first = int(plain.having(Outcome.DEADLOCKED)[0])
-    priority = np.ones(problem.n)
-    priority[first] = 100.0
-    valued = fp.Problem(problem.plane, problem.start, problem.goal, problem.margin, priority=priority)
-    plan = fp.planners.GreedyFold(relief="none", **COARSE).plan(valued)
-    assert plan.outcomes[first] is Outcome.ARRIVED
+@pytest.mark.parametrize("valued", [0, 1])
+def test_the_one_that_matters_less_is_given_up(valued):
+    """Of two that are stuck with each other the one of lower priority loses its goal, whichever that is."""
+    plane = line()
+    priority = np.array([1.0, 1.0])
+    priority[valued] = 5.0
+    goal = np.radians([[60.0, 90.0], [60.0, 90.0]])
+    problem = fp.Problem(plane, plane.folded, goal, priority=priority)
+    losses = Losses(problem, Neighbourhood.of(plane, 0.0))
+    nobody = Fold(fp.Trajectory.at_rest(plane.folded), np.array([], int), {})
+    losses.give_up(nobody, Fold(fp.Trajectory.at_rest(goal), np.array([0, 1]), {0: 1, 1: 0}))
+    assert losses.outcomes()[1 - valued] is Outcome.DEADLOCKED
+    assert losses.outcomes()[valued] is Outcome.ARRIVED
+    assert losses.blockers() == {1 - valued: (valued,)}
+    end = losses.end()
+    np.testing.assert_array_equal(end[valued], goal[valued])
+    np.testing.assert_array_equal(end[1 - valued], plane.folded[1 - valued])
 
 
 def test_a_start_that_cannot_fold_is_held():
@@ -264,7 +274,7 @@ def test_replaced_targets_are_lost_by_name():
 
 def test_dropped_goal_stands_elsewhere():
     """A dropped positioner must not stay folded where it would touch a neighbour's goal."""
-    plane = line(2, pitch=18.0)
+    plane = line(2)
     goal = np.radians([[0.0, 0.0], [180.0, 0.0]])  # both reach across: they overlap
     problem = fp.Problem(plane, plane.folded, goal, 0.5, conflicts="drop", priority=np.array([1.0, 2.0]))
     assert list(problem.dropped) == [0]

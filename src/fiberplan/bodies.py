@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiberplan.errors import InstrumentError
+from fiberplan.kernels.segments import segment_to_segment, segments_cross
 
 ARM = "arm"
 LINKS = {"base": 0, "alpha": 1, "beta": 2}
@@ -81,14 +82,35 @@ def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.nd
 
 
 def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
-    """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline."""
+    """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline.
+
+    Raises:
+        InstrumentError: a closed outline crosses itself, so it has no inside.
+    """
+    if closed:
+        again = np.all(points == np.roll(points, 1, axis=0), axis=1)
+        points = points[~again] if not again.all() else points[:1]
     if len(points) <= 2:
         return [points]
     if not closed:
         return [points[k : k + 2] for k in range(len(points) - 1)]
+    if _crosses_itself(points):
+        raise InstrumentError("a closed outline crosses itself")
     if _area(points) < 0:
         points = points[::-1]
     return [points] if _is_convex(points) else _triangles(points)
+
+
+def _crosses_itself(outline: np.ndarray) -> bool:
+    """Whether two edges of an outline cross, or two that are not next to each other touch."""
+    ends = np.roll(outline, -1, axis=0)
+    for a in range(len(outline)):
+        for b in range(a + 1, len(outline)):
+            edges = (*outline[a], *ends[a], *outline[b], *ends[b])
+            adjacent = b - a == 1 or b - a == len(outline) - 1
+            if segments_cross(*edges) or (not adjacent and segment_to_segment(*edges)[0] == 0.0):
+                return True
+    return False
 
 
 def _area(outline: np.ndarray) -> float:

@@ -14,8 +14,8 @@ _SMALL = 20  # clusters up to this size are searched for the exact tie-break, la
 def least_cover(edges: Iterable[tuple[int, int]], weight: np.ndarray) -> set[int]:
     """Vertices of least total weight that touch every edge.
 
-    Ties go to fewer vertices, then to lower numbers (clusters of more than 20 vertices: any of the lightest covers, but
-    always the same one).
+    Ties go to fewer vertices, then to lower numbers (in clusters of more than 20 vertices: any of
+    those, but always the same).
 
     Args:
         edges: pairs of vertices.
@@ -62,14 +62,17 @@ def _exact_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
 
 
 def _milp_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
-    """Least cover of one large cluster: minimize the weight taken, at least one end of every edge."""
+    """Least cover of one large cluster: first the least weight, then the fewest vertices of that weight."""
     vertices = sorted({v for e in edges for v in e})
     local = {v: k for k, v in enumerate(vertices)}
     rows = np.repeat(np.arange(len(edges)), 2)
     columns = np.array([local[v] for e in edges for v in e])
     ends = csr_array((np.ones(2 * len(edges)), (rows, columns)), shape=(len(edges), len(vertices)))
-    cost = np.maximum(weight[vertices], 1e-9)
-    solution = milp(
-        cost, integrality=np.ones(len(vertices)), bounds=Bounds(0, 1), constraints=LinearConstraint(ends, 1)
-    )
+    cost = weight[vertices] / max(float(weight[vertices].max()), np.finfo(float).tiny)
+    every_edge = LinearConstraint(ends, 1)
+    shared = {"integrality": np.ones(len(vertices)), "bounds": Bounds(0, 1)}
+    lightest = milp(cost, constraints=every_edge, **shared)
+    no_heavier = LinearConstraint(cost, ub=lightest.fun + 1e-9 * len(vertices))
+    fewest = milp(np.ones(len(vertices)), constraints=[every_edge, no_heavier], **shared)
+    solution = fewest if fewest.success else lightest
     return {v for v, taken in zip(vertices, solution.x, strict=True) if taken > 0.5}

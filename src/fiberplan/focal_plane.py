@@ -81,6 +81,13 @@ class FocalPlane:
             self._refuse(~np.isfinite(getattr(self, name)), name, "is not a finite number")
         for name, value in self.fiber_offsets.items():
             self._refuse(~np.isfinite(value), f"fiber '{name}'", "is not a finite number", value)
+        for body in self.bodies:
+            for what, count in (("points", body.points.ndim == 3), ("radii", np.ndim(body.radius) == 1)):
+                given = len(body.points if what == "points" else np.atleast_1d(body.radius))
+                if count and given != self.n:
+                    raise InstrumentError(
+                        f"{self.name}: body '{body.name}': {what} of {given} positioners, not {self.n}"
+                    )
         self._refuse(~(self.length >= 0), "length", "is negative")
         self._refuse(~(self.lower <= self.upper), "lower", "is above the upper end of the joint's range")
         self._refuse(~(np.isfinite(self.max_speed) & (self.max_speed > 0)), "max_speed", "is not a positive speed")

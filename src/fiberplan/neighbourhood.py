@@ -36,8 +36,9 @@ def clearance_around(arms, near, angles, i, alpha, beta):
         j = near.near[k].arm
         if not np.isnan(angles[j, 0]):
             gap = frames_clearance(arms, i, frame_i, j, frame(arms, j, angles[j, 0], angles[j, 1]))
-            if not (gap >= smallest):
-                smallest = gap
+            if np.isnan(gap):
+                return gap
+            smallest = min(smallest, gap)
     return smallest
 
 

@@ -84,9 +84,13 @@ class Trajectory:
 
     def reversed(self) -> "Trajectory":
         """The same motion backwards in time, of the same duration."""
-        owner = np.repeat(np.arange(self.n), np.diff(self.offsets))
-        order = self.offsets[owner] + self.offsets[owner + 1] - 1 - np.arange(len(self.times))
-        return Trajectory(self.offsets, self.duration - self.times[order], self.angles[order])
+        times, angles, offsets = self.times, self.angles, self.offsets
+        if self.n and times.min() > 0:  # a knot at the very beginning, so that there is one at the very end
+            times, angles = np.insert(times, 0, 0.0), np.insert(angles, 0, angles[0], axis=0)
+            offsets = np.concatenate([offsets[:1], offsets[1:] + 1])
+        owner = np.repeat(np.arange(self.n), np.diff(offsets))
+        order = offsets[owner] + offsets[owner + 1] - 1 - np.arange(len(times))
+        return _from_knots(owner, self.duration - times[order], angles[order], self.n)
 
     def then(self, other: "Trajectory") -> "Trajectory":
         """This motion, then `other`, which must begin where this one ends.
@@ -102,12 +106,7 @@ class Trajectory:
         times = np.concatenate([self.times, self.duration + other.times])
         angles = np.concatenate([self.angles, other.angles])
         order = np.argsort(owner, kind="stable")
-        owner, times, angles = owner[order], times[order], angles[order]
-        # a knot of `other` at the very time of this one's last says the same twice
-        keep = np.ones(len(times), bool)
-        keep[1:] = (owner[1:] != owner[:-1]) | (times[1:] > times[:-1])
-        counts = np.bincount(owner[keep], minlength=self.n)
-        return Trajectory(np.concatenate([[0], np.cumsum(counts)]), times[keep], angles[keep])
+        return _from_knots(owner[order], times[order], angles[order], self.n)
 
     @classmethod
     def from_samples(cls, times: np.ndarray, angles: np.ndarray) -> "Trajectory":
@@ -123,3 +122,11 @@ class Trajectory:
     def at_rest(cls, angles: np.ndarray) -> "Trajectory":
         """No motion at all, at `angles` (n, 2) [rad]."""
         return cls.from_samples(np.zeros(1), np.asarray(angles, float)[None])
+
+
+def _from_knots(owner: np.ndarray, times: np.ndarray, angles: np.ndarray, n: int) -> Trajectory:
+    """A trajectory of knots sorted by positioner and time; of two at the same time the second is left out."""
+    keep = np.ones(len(times), bool)
+    keep[1:] = (owner[1:] != owner[:-1]) | (times[1:] > times[:-1])
+    counts = np.bincount(owner[keep], minlength=n)
+    return Trajectory(np.concatenate([[0], np.cumsum(counts)]), times[keep], angles[keep])

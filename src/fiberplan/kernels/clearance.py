@@ -55,6 +55,8 @@ def piece_to_piece(arms, frame_i, p, frame_j, q):
         cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.first)
         dx, dy = vertex(arms, frame_j, piece_q.link, piece_q.last - 1)
         return segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy)
+    if np.isnan(frame_i[2] + frame_i[6] + frame_j[2] + frame_j[6]):
+        return np.nan, 0.0, 0.0  # an angle is not a number, and nothing can be said of sides
     if count_p > 2:
         cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.first)
         if _contains(arms, frame_i, piece_p.link, piece_p.first, count_p, cx, cy):
