@@ -57,12 +57,12 @@ class Walker:
         joints = {"folded": plane.folded, "lower": plane.lower, "upper": plane.upper}
         for name, values in (joints | {"step": plane.max_speed * (step / fastest)}).items():
             state[f"{name}_alpha"][:n], state[f"{name}_beta"][:n] = values.T
-        arm = plane.arms.arm[:n]
-        turn, both = state["step_alpha"][:n], state["step_alpha"][:n] + state["step_beta"][:n]
-        state["bend"][:n] = np.maximum(
-            arm["length"] * turn**2 + arm["reach_beta"] * both**2, arm["reach_alpha"] * turn**2
-        )
-        state["bend"] *= 1 / 8
+        arm, alpha, beta = plane.arms.arm[:n], state["step_alpha"][:n], state["step_beta"][:n]
+        first = arm["reach_alpha"] * alpha
+        for name, both in (("stride_same", alpha + beta), ("stride_opposite", np.abs(alpha - beta))):
+            state[name][:n] = np.maximum(arm["length"] * alpha + arm["reach_beta"] * both, first) * (1 + 1e-12)
+        bend = arm["length"] * alpha**2 + arm["reach_beta"] * (alpha + beta) ** 2
+        state["bend"][:n] = np.maximum(bend, first * alpha) / 8
         state["first"], state["last"] = near.offsets[:-1], near.offsets[1:]
         self.walk = Walk(
             state=state,

@@ -167,11 +167,19 @@ def _record(walk, i, loop):
 
 
 @inlined
-def _advance(arms, walk, rules, i, loop, room, measured):
-    """Arm i takes its turn; returns whether it moved."""
-    me = walk.state[i]
+def _best_move(arms, i, me):
+    """The first move of the ranking, both joints towards folded: (d_alpha, d_beta) [rad] and its motion bound [mm]."""
     da, db = turns(me, 1, 1)
-    bound = motion(arms, i, da, db)
+    if abs(me.alpha - me.folded_alpha) > me.step_alpha and abs(me.beta - me.folded_beta) > me.step_beta:
+        return da, db, me.stride_same if (da > 0.0) == (db > 0.0) else me.stride_opposite
+    return da, db, motion(arms, i, da, db)
+
+
+@inlined
+def _advance(arms, walk, rules, i, loop, room, measured):
+    """Arm i takes its turn; returns the travel that is left to it [rad] and whether it moved."""
+    me = walk.state[i]
+    da, db, bound = _best_move(arms, i, me)
     if loop < me.contrary or me.travel + bound > me.wake:
         da, db, bound = _choose(arms, walk, rules, i, loop, room, measured)
     direction = code(da, db, me.step_alpha, me.step_beta)
@@ -180,33 +188,27 @@ def _advance(arms, walk, rules, i, loop, room, measured):
         me.direction = direction
     me.alpha_before, me.beta_before = me.alpha, me.beta
     me.turn, me.moved = loop, bound
-    if da == 0.0 and db == 0.0:
-        return False
-    me.alpha = landed(me.alpha + da, me.folded_alpha, me.lower_alpha, me.upper_alpha)
-    me.beta = landed(me.beta + db, me.folded_beta, me.lower_beta, me.upper_beta)
-    me.travel += bound
-    me.fresh = False
-    return True
+    moved = da != 0.0 or db != 0.0
+    if moved:
+        me.alpha = landed(me.alpha + da, me.folded_alpha, me.lower_alpha, me.upper_alpha)
+        me.beta = landed(me.beta + db, me.folded_beta, me.lower_beta, me.upper_beta)
+        me.travel += bound
+        me.fresh = False
+    return abs(me.alpha - me.folded_alpha) + abs(me.beta - me.folded_beta), moved
 
 
-@inlined
-def _retire(walk, loop):
-    """Take the arms that have folded off the active list; returns the travel that is left to the others [rad]."""
+@leaf
+def begin(walk):
+    """Take the arms that are folded to begin with off the active list."""
     kept = 0
-    left = 0.0
     for k in range(walk.counters[1]):
-        i = walk.active[k]
-        me = walk.state[i]
-        away = abs(me.alpha - me.folded_alpha) + abs(me.beta - me.folded_beta)
-        if away == 0.0:
-            _record(walk, i, loop)
-            me.direction, me.still = 0, True
+        me = walk.state[walk.active[k]]
+        if me.alpha == me.folded_alpha and me.beta == me.folded_beta:
+            me.still = True
         else:
-            walk.active[kept] = i
+            walk.active[kept] = walk.active[k]
             kept += 1
-            left += away
     walk.counters[1] = kept
-    return left
 
 
 @kernel
@@ -216,23 +218,32 @@ def run(arms, walk, rules, last_loop):
     for me in walk.state:
         widest = max(widest, me.last - me.first)
     room, measured = np.empty(widest), np.empty(widest, np.bool_)
-    while True:
+    begin(walk)
+    while walk.counters[1] > 0:
         loop = walk.counters[0]
         if walk.counters[2] + 2 * walk.counters[1] > len(walk.knots):
             return FULL
-        left = _retire(walk, loop)
-        if walk.counters[1] == 0:
-            return FOLDED
-        if left < walk.best[0] - 1e-9:
-            walk.best[0], walk.counters[3] = left, loop
-        elif loop - walk.counters[3] >= rules.patience:
-            return STALLED
         if loop >= last_loop:
             return EXHAUSTED
         anyone = False
+        left = 0.0
+        kept = 0
         for k in range(walk.counters[1]):
-            if _advance(arms, walk, rules, walk.active[k], loop, room, measured):
-                anyone = True
-        walk.counters[0] = loop + 1
-        if not anyone:
+            i = walk.active[k]
+            away, moved = _advance(arms, walk, rules, i, loop, room, measured)
+            anyone = anyone or moved
+            if away == 0.0:
+                _record(walk, i, loop + 1)
+                walk.state[i].still = True
+            else:
+                walk.active[kept] = i
+                kept += 1
+                left += away
+        walk.counters[0], walk.counters[1] = loop + 1, kept
+        if kept > 0 and not anyone:
             return STUCK
+        if left < walk.best[0] - 1e-9:
+            walk.best[0], walk.counters[3] = left, loop
+        elif kept > 0 and loop - walk.counters[3] >= rules.patience:
+            return STALLED
+    return FOLDED

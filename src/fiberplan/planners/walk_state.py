@@ -25,6 +25,8 @@ STATE = np.dtype(
         ("direction", "i8"),  # code of the last move, to record a knot only where it changes
         ("fresh", "?"),  # its row of `Walk.frames` is that of now
         ("still", "?"),  # does not move any more: folded, held, an obstacle
+        ("stride_same", "f8"),  # motion bound of a whole step of both joints, turning the same way [mm]
+        ("stride_opposite", "f8"),  # and opposite ways
         ("refused", "f8"),  # sum of the neighbours' travel when the arm last found no move, or -1
         ("blocker", "i8"),  # who last refused the arm its best move, or -1
         ("first", "i8"),  # neighbours in `Walk.near`

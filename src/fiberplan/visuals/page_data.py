@@ -15,6 +15,11 @@ from fiberplan.plan import Plan
 from fiberplan.visuals import style
 
 
+def _shown(value: Any) -> str:
+    """A planner's setting as text; angles are in rad, lengths in mm, times in s."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
 def page_data(plan: Plan) -> dict[str, Any]:
     """Everything the page shows, ready for `json.dumps`."""
     problem, plane, motion = plan.problem, plan.problem.plane, plan.trajectory
@@ -26,7 +31,7 @@ def page_data(plan: Plan) -> dict[str, Any]:
         "duration": motion.duration,
         "lowerBound": plan.lower_bound,
         "planner": plan.planner,
-        "parameters": {str(key): str(value) for key, value in plan.parameters.items()},
+        "parameters": {str(key): _shown(value) for key, value in plan.parameters.items() if key != "seed"},
         "seed": plan.seed,
         "timings": {str(key): float(value) for key, value in plan.timings.items()},
         "notes": list(dict.fromkeys(map(str, (*plan.notes, *problem.notes, *plane.notes)))),

@@ -126,7 +126,7 @@ function fillAbout() {
     "about",
     element("h2", {}, "About this plan"),
     facts([
-      ["planner", plan.planner],
+      ["planner", plan.planner + " (settings in rad, mm, s)"],
       ...parameters,
       ["seed", String(plan.seed)],
       ["lower bound", plan.lowerBound.toFixed(2) + " s"],
