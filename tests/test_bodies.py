@@ -86,6 +86,13 @@ def test_outline_that_crosses_itself_is_refused(name):
         pieces_of(np.array(CROSSING[name], float))
 
 
+@pytest.mark.parametrize("outline", [[[0, 0], [1, 0], [2, 0]], [[0, 0], [2, 2], [1, 1], [3, 3]]])
+def test_outline_without_area_is_refused(outline):
+    """It has no inside, and every point of the endless line through it would seem to lie there."""
+    with pytest.raises(InstrumentError):
+        pieces_of(np.array(outline, float))
+
+
 @pytest.mark.parametrize("roll", range(4))
 @pytest.mark.parametrize("outline", [SQUARE, COMB[[0, 1, 2, 11]]])
 def test_outline_may_repeat_its_first_point(outline, roll):

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from fiberplan.bodies import Body, Obstacle
+from fiberplan.errors import InstrumentError
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance, clearances
 from references import STAR, links, make_plane, placed, sampled_clearance, varied_plane
@@ -98,7 +99,6 @@ def test_notch_of_a_concave_outline_is_free():
         (("a", ()), ("b", ("a",)), True),
         (("a", ()), ("b", ()), False),
         (("a", ()), ("b", None), True),  # None meets everything
-        (("a", ("never used",)), ("b", ("b",)), False),
     ],
 )
 def test_layers(first, second, touch):
@@ -106,6 +106,15 @@ def test_layers(first, second, touch):
     post = Obstacle("post", np.array([[5.0, 0.0]]), 1.0, category=second[0], meets=second[1])
     plane = make_plane([0, 0], [arm], [post], length=0.0)
     assert gap(plane, 0, (0, 0), 1) == (-2.0 if touch else np.inf)
+
+
+def test_misspelt_categories_are_refused():
+    """They would switch collisions off."""
+    plane = make_plane([0, 0], [Body(ARM, 1.0, meets=("amr",))])
+    with pytest.raises(InstrumentError, match="'amr', a category that nothing has"):
+        _ = plane.arms
+    with pytest.raises(InstrumentError, match="list of categories"):
+        Body(ARM, 1.0, meets="arm")
 
 
 def test_no_bodies_no_contact():

@@ -39,6 +39,7 @@ class Body:
             raise InstrumentError(f"body '{self.name}': radius {self.radius} is not a length of 0 mm or more")
         radius.setflags(write=False)
         object.__setattr__(self, "radius", radius)
+        _check_meets(self.meets, self.name)
         if self.link not in LINKS:
             raise InstrumentError(f"body '{self.name}': link '{self.link}' is none of {', '.join(LINKS)}")
 
@@ -66,10 +67,17 @@ class Obstacle:
         object.__setattr__(self, "points", _points(self.points, self.name, (2,)))
         if not (np.isfinite(self.radius) and self.radius >= 0):
             raise InstrumentError(f"obstacle '{self.name}': radius {self.radius} is not a length of 0 mm or more")
+        _check_meets(self.meets, self.name)
 
     def pieces(self) -> list[np.ndarray]:
         """Convex pieces, each (k, 2) [mm]."""
         return convex_pieces(self.points, self.closed)
+
+
+def _check_meets(meets: tuple[str, ...] | None, name: str) -> None:
+    """Refuse a bare string, which would be read letter by letter and meet nothing."""
+    if isinstance(meets, str):
+        raise InstrumentError(f"'{name}': meets must be a list of categories, got the string '{meets}'")
 
 
 def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.ndarray:
@@ -85,7 +93,7 @@ def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
     """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline.
 
     Raises:
-        InstrumentError: a closed outline crosses itself, so it has no inside.
+        InstrumentError: a closed outline crosses itself or encloses no area, so it has no inside.
     """
     if closed:
         again = np.all(points == np.roll(points, 1, axis=0), axis=1)
@@ -94,6 +102,8 @@ def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
         return [points]
     if not closed:
         return [points[k : k + 2] for k in range(len(points) - 1)]
+    if not np.any(_turns(points)):
+        raise InstrumentError("a closed outline encloses no area")
     if _crosses_itself(points):
         raise InstrumentError("a closed outline crosses itself")
     if _area(points) < 0:

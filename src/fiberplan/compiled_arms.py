@@ -20,6 +20,11 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
     if len(bits) > 62:
         raise InstrumentError(f"{plane.name}: {len(bits)} body categories, at most 62 are possible")
     everything = (1 << 62) - 1
+    everyone: list[Body | Obstacle] = [*plane.bodies, *plane.obstacles]
+    for thing in everyone:
+        unknown = [name for name in thing.meets or () if name not in bits]
+        if unknown:  # a misspelt category would switch collisions off
+            raise InstrumentError(f"{plane.name}: '{thing.name}' meets '{unknown[0]}', a category that nothing has")
 
     pieces: list[tuple[int, float, int, int, int, int]] = []
     vertices: list[np.ndarray] = []
@@ -38,6 +43,7 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
     arm["alpha_zero"][:n], arm["beta_zero"][:n] = plane.zero.T
     shared = [b.pieces(0) if b.points.ndim == 2 else None for b in plane.bodies]
     extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in plane.bodies]
+    radii = [np.broadcast_to(b.radius, (n,)) for b in plane.bodies]
     reach = np.zeros(n)
     for body, extent in zip(plane.bodies, extents, strict=True):
         name = {"alpha": "reach_alpha", "beta": "reach_beta"}.get(body.link)
@@ -46,9 +52,8 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
         reach = np.maximum(reach, extent + body.radius + (plane.length if body.link == "beta" else 0.0))
     for i in range(n):
         arm["first_piece"][i] = len(pieces)
-        for body, shape in zip(plane.bodies, shared, strict=True):
-            thickness = float(np.broadcast_to(body.radius, (n,))[i])
-            add(body.pieces(i) if shape is None else shape, LINKS[body.link], thickness, body)
+        for body, shape, thickness in zip(plane.bodies, shared, radii, strict=True):
+            add(body.pieces(i) if shape is None else shape, LINKS[body.link], float(thickness[i]), body)
         arm["last_piece"][i] = len(pieces)
     for k, obstacle in enumerate(plane.obstacles):
         arm["first_piece"][n + k] = len(pieces)

@@ -70,7 +70,7 @@ def _milp_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
     ends = csr_array((np.ones(2 * len(edges)), (rows, columns)), shape=(len(edges), len(vertices)))
     cost = weight[vertices] / max(float(weight[vertices].max()), np.finfo(float).tiny)
     every_edge = LinearConstraint(ends, 1)
-    shared = {"integrality": np.ones(len(vertices)), "bounds": Bounds(0, 1)}
+    shared = {"integrality": np.ones(len(vertices)), "bounds": Bounds(0, 1), "options": {"mip_rel_gap": 0.0}}
     lightest = milp(cost, constraints=every_edge, **shared)
     no_heavier = LinearConstraint(cost, ub=lightest.fun + 1e-9 * len(vertices))
     fewest = milp(np.ones(len(vertices)), constraints=[every_edge, no_heavier], **shared)

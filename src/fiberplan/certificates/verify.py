@@ -93,7 +93,10 @@ def verify(
     """
     if trajectory.n != plane.n:
         raise TrajectoryError(f"the motion has {trajectory.n} positioners, the focal plane {plane.n}")
-    error = np.broadcast_to(np.asarray(position_error, float), (plane.n,))
+    error = np.asarray(position_error, float)
+    if error.shape not in ((), (plane.n,)):
+        raise TrajectoryError(f"position error must be one number or {plane.n}, got shape {error.shape}")
+    error = np.broadcast_to(error, (plane.n,))
     if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
     path = _as_motion(plane, trajectory)

@@ -119,7 +119,7 @@ def box_pairs(position, reach, box, gap):
     return pairs[:count].copy()
 
 
-NEAR = np.dtype([("arm", "i8"), ("pair", "i8")], align=True)  # a neighbour, and which pair it makes
+NEAR = np.dtype([("arm", "i4"), ("pair", "i4")], align=True)  # a neighbour, and which pair it makes
 
 
 @kernel

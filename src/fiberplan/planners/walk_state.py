@@ -19,18 +19,18 @@ STATE = np.dtype(
         ("wake", "f8"),  # travel up to which the arm need not look at its neighbours [mm]
         ("alpha_before", "f8"),  # at the beginning of the arm's last turn [rad]
         ("beta_before", "f8"),
-        ("turn", "i8"),  # loop of the arm's last turn
+        ("turn", "i4"),  # loop of the arm's last turn
         ("moved", "f8"),  # motion bound of the arm's last turn [mm]
-        ("contrary", "i8"),  # loop until which the arm's ranking is reversed
-        ("direction", "i8"),  # code of the last move, to record a knot only where it changes
+        ("contrary", "i4"),  # loop until which the arm's ranking is reversed
+        ("direction", "i4"),  # code of the last move, to record a knot only where it changes
         ("fresh", "?"),  # its row of `Walk.frames` is that of now
         ("still", "?"),  # does not move any more: folded, held, an obstacle
         ("stride_same", "f8"),  # motion bound of a whole step of both joints, turning the same way [mm]
         ("stride_opposite", "f8"),  # and opposite ways
         ("refused", "f8"),  # sum of the neighbours' travel when the arm last found no move, or -1
-        ("blocker", "i8"),  # who last refused the arm its best move, or -1
-        ("first", "i8"),  # neighbours in `Walk.near`
-        ("last", "i8"),  # one past
+        ("blocker", "i4"),  # who last refused the arm its best move, or -1
+        ("first", "i4"),  # neighbours in `Walk.near`
+        ("last", "i4"),  # one past
         ("bend", "f8"),  # how far a body point's way in one loop can differ from a straight one [mm]
         ("lower_alpha", "f8"),
         ("lower_beta", "f8"),
