@@ -64,6 +64,13 @@ def test_no_way_is_said_and_blamed():
     assert blame.argmax() == 6
 
 
+def test_from_a_place_to_itself_is_no_motion():
+    plane, members = two()
+    angles = np.array([[281.0, 115.0], [218.0, 35.0]]) * DEG
+    path, _ = joint_path(plane, Neighbourhood.of(plane, 0.0), members, angles, angles, 0.0, 0)
+    assert path[0].tolist() == [0.0]
+
+
 def test_same_seed_same_path():
     plane, members = two()
     angles = np.array([[281.0, 115.0], [218.0, 35.0]]) * DEG

@@ -15,6 +15,7 @@ from fiberplan.neighbourhood import Neighbourhood
 _STEP = np.radians(8.0)  # of the fastest joint, for one edge
 _NODES = 500  # of either tree; most ways out take under 100, and a search that needs more rarely ends
 _GOAL_BIAS = 0.1
+_INSTANT = 1e-9  # [s] nodes closer than this are one
 _ROUNDS = 3  # of shortening what was found
 _SHORTENINGS = 3  # an edge that is refused is tried at a quarter of its length, and so on: ways out can be narrow
 
@@ -234,5 +235,10 @@ def joint_path(
         return None, blame
     for _ in range(_ROUNDS):
         chain = _shorten(*shared, _subdivided(chain, speed, step), limit, blame)
-    times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(chain, axis=0) / speed).max(axis=1))])
+    spans = np.abs(np.diff(chain, axis=0) / speed).max(axis=1)
+    moves = spans > _INSTANT  # the trees meet in a node of each, and members may be at their goal already
+    chain = np.concatenate([chain[:1], chain[1:][moves]])
+    if len(chain) > 1:
+        chain[-1] = end  # exactly, also where the last of several nodes that are one was left out
+    times = np.concatenate([[0.0], np.cumsum(spans[moves])])
     return (times, chain.reshape(len(chain), -1, 2)), blame
