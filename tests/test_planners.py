@@ -272,6 +272,27 @@ def test_replaced_targets_are_lost_by_name():
     assert plan.certificate.ok
 
 
+@pytest.mark.parametrize("relief", ["joint", "reverse", "replace", "none"])
+def test_a_pocket_without_a_way_out_is_given_up(relief):
+    """Folded between four posts, one positioner can go nowhere: every relief ends, and says so."""
+    posts = tuple(Obstacle(f"post {x:g} {y:g}", [[x, y]], 1.0) for x in (-7.0, 7.0) for y in (-2.51, 2.51))
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(obstacles=posts)
+    problem = fp.Problem(plane, plane.folded, np.radians([[90.0, 20.0]]))
+    plan = fp.planners.GreedyFold(relief=relief, **COARSE).plan(problem)
+    assert plan.outcomes == (Outcome.DEADLOCKED,)
+    assert plan.faults() == []
+
+
+@pytest.mark.parametrize("relief", ["joint", "reverse"])
+def test_joints_without_limits(relief):
+    """Alpha may turn for ever; the plan is as safe."""
+    plane = hexagon(3).replace(lower=np.tile([-np.inf, 0.0], (37, 1)), upper=np.tile([np.inf, np.pi], (37, 1)))
+    problem = fp.Problem(plane, plane.folded, uniform_field(plane, 2, 1.0), 1.0)
+    plan = fp.planners.GreedyFold(relief=relief, **COARSE).plan(problem)
+    assert plan.faults() == []
+    assert len(plan.having(Outcome.ARRIVED)) > 30
+
+
 def test_dropped_goal_stands_elsewhere():
     """A dropped positioner must not stay folded where it would touch a neighbour's goal."""
     plane = line(2)

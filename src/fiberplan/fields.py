@@ -13,7 +13,9 @@ def random_configuration(plane: FocalPlane, rng: np.random.Generator, who: np.nd
     Alpha is uniform over its range (at most one turn), and beta such that equal areas are equally likely: the squared
     distance of the fiber from the base is uniform in cos(beta).
     """
-    low, high = plane.lower[who], plane.upper[who]
+    turn = 2 * np.pi  # of a range without ends, one turn each way from folded
+    low = np.maximum(plane.lower[who], plane.folded[who] - turn)
+    high = np.minimum(plane.upper[who], plane.folded[who] + turn)
     alpha = low[:, 0] + rng.random(len(who)) * np.minimum(high[:, 0] - low[:, 0], 2 * np.pi)
     bend = plane.zero[who, 1] + np.arctan2(plane.fiber[who, 1], plane.fiber[who, 0])  # beta of a straight arm is -bend
     first, last = low[:, 1] + bend, np.minimum(high[:, 1] + bend, low[:, 1] + bend + 2 * np.pi)

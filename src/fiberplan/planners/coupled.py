@@ -14,6 +14,7 @@ from fiberplan.neighbourhood import Neighbourhood
 
 _STEP = np.radians(8.0)  # of the fastest joint, for one edge
 _NODES = 500  # of either tree; most ways out take under 100, and a search that needs more rarely ends
+_EDGES_PER_NODE = 8  # edges tested before giving up, for every node allowed
 _GOAL_BIAS = 0.1
 _INSTANT = 1e-9  # [s] nodes closer than this are one
 _ROUNDS = 3  # of shortening what was found
@@ -70,7 +71,7 @@ def _travel_time(p, q, speed):
 def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed, step, limit, reached, blame):
     """Grow a tree one edge towards `goal`; returns how many nodes it has, and puts the new one in `reached`.
 
-    `reached[0]` is 1 if the goal itself was added, -1 if nothing could be.
+    `reached[0]` is 1 if the goal itself was added, -1 if nothing could be; `reached[1]` counts the edges tested.
     """
     nearest, shortest = 0, np.inf
     for k in range(count):
@@ -81,6 +82,7 @@ def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed,
     for _ in range(_SHORTENINGS):
         for d in range(len(goal)):
             nodes[count, d] = nodes[nearest, d] + part * (goal[d] - nodes[nearest, d])
+        reached[1] += 1
         if _edge_is_clear(arms, near, rest, members, place, nodes[nearest], nodes[count], limit, blame):
             parent[count] = nearest
             reached[0] = 1 if part == 1.0 else 0
@@ -102,12 +104,10 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
     state = np.empty(1, np.uint64)
     state[0] = seed
     target = np.empty(size)
-    reached = np.zeros(1, np.int64)
+    reached = np.zeros(2, np.int64)
     side = 0
     met = False
-    tries = 0
-    while not met and counts.max() < most and tries < 4 * most:
-        tries += 1
+    while not met and counts.max() < most and reached[1] < _EDGES_PER_NODE * most:
         if _random(state) < _GOAL_BIAS:
             target[:] = nodes[1 - side, 0]
         else:

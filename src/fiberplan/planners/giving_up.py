@@ -9,6 +9,7 @@ motion is none.
 import numpy as np
 
 from fiberplan.fields import random_configuration
+from fiberplan.kernels.clearance import clearance
 from fiberplan.neighbourhood import Neighbourhood, clearance_around
 from fiberplan.plan import Outcome
 from fiberplan.planners.clusters import clusters, neighbours
@@ -16,6 +17,7 @@ from fiberplan.planners.joint_relief import Fold
 from fiberplan.planners.resting import place_the_rest
 from fiberplan.problem import EQUALITY, Problem
 
+_REPLACEMENTS = 10  # targets tried for one positioner before it is held
 _DRAWS = 1000  # random configurations tried for a replacement target
 
 
@@ -29,6 +31,7 @@ class Losses:
         self._given_up: dict[int, tuple[int, ...]] = {}
         self._dropped: dict[int, tuple[int, ...]] = {}
         self._replaced: set[int] = set()
+        self._replacements = np.zeros(problem.n, np.int64)
         self._rested: set[int] = set()  # no goal to give up any more: the next time they are held
         self.movable = problem.plane.online.copy()  #: (n,) who is not held at the start
 
@@ -51,20 +54,19 @@ class Losses:
         held = np.flatnonzero(~self.movable & plane.online)
         if not len(held):
             return
-        everyone = plane.with_obstacles(known).copy()
         others = np.flatnonzero(self.movable & ~np.isnan(known[:, 0]))
-        everyone[others] = np.nan
-        everyone = plane.with_obstacles(everyone[: plane.n])
         goals = plane.with_obstacles(known)
         for i in map(int, others):
-            # near a held one only; the rest cannot be touched by it
-            on = np.intersect1d(neighbours(self._near, i), held)
-            if not len(on):
-                continue
-            room = clearance_around(plane.arms, self._near, everyone, i, goals[i, 0], goals[i, 1])
-            if not room >= self._limit:
-                self._dropped.setdefault(i, tuple(int(j) for j in on))
+            on = [int(j) for j in np.intersect1d(neighbours(self._near, i), held)]
+            touched = [j for j in on if not self._clear_of(i, j, goals)]
+            if touched:
+                self._dropped.setdefault(i, tuple(touched))
                 self._lose_goal(i)
+
+    def _clear_of(self, i: int, j: int, angles: np.ndarray) -> bool:
+        """Whether two arms clear each other at `angles`."""
+        gap = clearance(self._problem.plane.arms, i, angles[i, 0], angles[i, 1], j, angles[j, 0], angles[j, 1])
+        return bool(gap >= self._limit)
 
     def _lose_goal(self, i: int) -> None:
         self._goal[i] = np.nan
@@ -106,11 +108,17 @@ class Losses:
         return (self._public(fold.blockers[i]),) if i in fold.blockers else ()
 
     def replace_target(self, i: int, blockers: dict[int, int], rng: np.random.Generator) -> None:
-        """Give positioner `i` another, random target (its own is lost), or none if no clear one is found."""
+        """Give positioner `i` another, random target (its own is lost).
+
+        It is held instead if it has none of its own, if no clear one is found, or after ten of them.
+        """
         plane = self._problem.plane
-        if not np.isnan(self._problem.goal[i, 0]):
-            by = blockers.get(i)
-            self._given_up.setdefault(i, () if by is None else (self._public(by),))
+        self._replacements[i] += 1
+        if np.isnan(self._problem.goal[i, 0]) or self._replacements[i] > _REPLACEMENTS:
+            self._hold(i, ())
+            return
+        by = blockers.get(i)
+        self._given_up.setdefault(i, () if by is None else (self._public(by),))
         self._goal[i] = np.nan
         end = plane.with_obstacles(self.end())
         draws = random_configuration(plane, rng, np.full(_DRAWS, i))

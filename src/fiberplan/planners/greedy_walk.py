@@ -45,9 +45,9 @@ class Walker:
     ):
         self.plane, self.step = plane, step
         near = neighbourhood or Neighbourhood.of(plane, margin)
-        fastest = float(plane.max_speed.max())
-        self.loop_time = step / fastest / SPEED_ALLOWANCE
         n, walking = plane.n, np.flatnonzero(movable)
+        fastest = float(plane.max_speed[walking].max(initial=plane.max_speed.min()))
+        self.loop_time = step / fastest / SPEED_ALLOWANCE
         state = np.zeros(len(plane.arms.arm), STATE)
         state["alpha"][:n], state["beta"][:n] = np.asarray(angles, float).T
         state["turn"] = state["contrary"] = state["blocker"] = -1

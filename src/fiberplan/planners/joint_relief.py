@@ -22,6 +22,8 @@ from fiberplan.planners.straighten import as_knots, clear_of
 from fiberplan.trajectory import Trajectory
 
 _LARGEST_GROUP = 6  # that is searched jointly
+_SEARCHES = 8  # for every group, on average: failing searches are what takes long
+_MOST_CANDIDATES = 3  # of a group, for being given up
 _GROWTHS = 3  # how often a group takes in one more when no joint way is found
 _MOST_SAMPLES = 5000  # of a whole recorded motion; one that takes more counts as not clear
 
@@ -81,6 +83,7 @@ class JointRelief:
         self._done_at = np.zeros(plane.n)  # when everyone has arrived for good, after the walk [s]
         self._ways: list[tuple[Way, float]] = []
         self._given_up: list[int] = []
+        self._searches_left = 0
         self._knots: np.ndarray | None = None
 
     def fold(self) -> Fold:
@@ -90,6 +93,7 @@ class JointRelief:
         that found no way gets another chance when one next to it found one.
         """
         waiting = self._groups()
+        self._searches_left = _SEARCHES * (len(waiting) + 1)
         changed = set(range(self._plane.n))  # where something is different from the last time a search failed there
         while any(changed.intersection(group) for group in waiting):
             before, changed = changed, set()
@@ -123,9 +127,12 @@ class JointRelief:
     def _free(self, group: list[int]) -> bool:
         """Find a joint way to folded, taking in whoever stood in the way most if there is none; False if none."""
         plane, members = self._plane, group
+        if np.array_equal(self._angles[group], plane.folded[group]):
+            return True  # another group has taken them all in
         for growth in range(_GROWTHS + 1):
-            if len(members) > _LARGEST_GROUP:
+            if len(members) > _LARGEST_GROUP or self._searches_left <= 0:
                 return False
+            self._searches_left -= 1
             path, blame = joint_path(
                 plane,
                 self._near,
@@ -150,35 +157,23 @@ class JointRelief:
         return False
 
     def _free_some(self, group: list[int]) -> None:
-        """Free as much of a group as giving up its least members allows."""
+        """Free the rest of a group by giving up one of its members: of those that help, the one that matters least."""
         assert self._expendable is not None  # or this is not called
-        rank = self._expendable
-        stuck = set(map(int, self._stuck))
-        while any(i in stuck for i in group):
-            candidates = sorted((i for i in group if i in stuck), key=lambda i: (rank[i], i))
-            candidates = [i for i in candidates if self._may_rest(i)]
-            if not candidates:
+        rank, stuck = self._expendable, set(map(int, self._stuck))
+        candidates = sorted((i for i in group if i in stuck), key=lambda i: (rank[i], i))
+        for i in [i for i in candidates if self._may_rest(i)][:_MOST_CANDIDATES]:
+            if self._free_without(group, i):
                 return
-            for i in candidates:
-                if self._free_without(group, i):
-                    return
-            self._rest(candidates[0])
-            group = [i for i in group if i != candidates[0]]
 
     def _free_without(self, group: list[int], i: int) -> bool:
         """Give up positioner `i` if that frees the rest of its group."""
         stood = self._angles[i].copy()
         self._angles[i] = self._plane.folded[i]
-        rest = [k for k in group if k != i]
-        if all(np.array_equal(self._angles[k], self._plane.folded[k]) for k in rest) or self._free(rest):
-            self._rest(i)
+        if self._free([k for k in group if k != i]):
+            self._given_up.append(i)
             return True
         self._angles[i] = stood
         return False
-
-    def _rest(self, i: int) -> None:
-        self._angles[i] = self._plane.folded[i]
-        self._given_up.append(i)
 
     def _may_rest(self, i: int) -> bool:
         """Whether positioner `i` could have been folded all along, for all that the others have done."""
@@ -215,8 +210,9 @@ def _together(angles: np.ndarray, ways: list[tuple[Way, float]]) -> Trajectory:
     for way, begin in ways:
         for k, i in enumerate(way.members):
             first = 0 if begin > times[i][-1][-1] else 1  # there may be a knot at its beginning already
-            times[i].append(begin + way.times[first:])
-            knots[i].append(way.angles[first:, k])
+            if len(way.times) > first:
+                times[i].append(begin + way.times[first:])
+                knots[i].append(way.angles[first:, k])
     offsets = np.concatenate([[0], np.cumsum([sum(len(part) for part in parts) for parts in times])])
     flat_times = np.concatenate([part for parts in times for part in parts])
     return Trajectory(offsets, flat_times, np.concatenate([part for parts in knots for part in parts]))

@@ -16,7 +16,8 @@ _BETAS, _ALPHAS = 19, 48  # how finely places are tried
 
 def _places(plane: FocalPlane, i: int) -> np.ndarray:
     """Configurations (k, 2) [rad] that positioner `i` could stand at, folded first, then by distance from it."""
-    low, high, folded = plane.lower[i], plane.upper[i], plane.folded[i]
+    folded = plane.folded[i]
+    low, high = np.maximum(plane.lower[i], folded - 2 * np.pi), np.minimum(plane.upper[i], folded + 2 * np.pi)
     alphas = low[0] + np.arange(_ALPHAS) / _ALPHAS * min(high[0] - low[0], 2 * np.pi)
     betas = np.linspace(low[1], min(high[1], low[1] + 2 * np.pi), _BETAS)
     grid = np.stack(np.meshgrid(alphas, betas, indexing="ij"), axis=-1).reshape(-1, 2)
