@@ -28,13 +28,19 @@ def plan(
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
     step: Annotated[
-        float | None, typer.Option(metavar="DEG", help="Step of each joint (deg).", rich_help_panel=_GREEDY)
+        float | None,
+        typer.Option(metavar="DEG", help="Step of the fastest joint (deg); 0.1 if not given.", rich_help_panel=_GREEDY),
     ] = None,
     max_travel: Annotated[
         float | None, typer.Option(metavar="DEG", help="Give up after this much (deg).", rich_help_panel=_GREEDY)
     ] = None,
     relief: Annotated[
-        str | None, typer.Option(metavar="NAME", help="What to do about deadlocks.", rich_help_panel=_GREEDY)
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What to do about deadlocks: joint (default), reverse, replace or none.",
+            rich_help_panel=_GREEDY,
+        ),
     ] = None,
     skip_noops: Annotated[
         bool | None,
