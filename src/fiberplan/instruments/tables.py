@@ -70,17 +70,12 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     ]
 
 
-def plane_from_hdus(hdul: fits.HDUList) -> FocalPlane:
-    """The focal plane in these tables.
+def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
+    """The focal plane in these tables, by name.
 
     Raises:
         InstrumentError: a table or column is missing, or the values make no focal plane.
     """
-    return plane_from_tables({hdu.name: hdu.data for hdu in hdul if isinstance(hdu, fits.BinTableHDU)})
-
-
-def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
-    """As `plane_from_hdus`, from the tables by name."""
     about, rows = pick(tables, "FOCALPLANE", InstrumentError), pick(tables, "POSITIONERS", InstrumentError)
     try:
         joints = {

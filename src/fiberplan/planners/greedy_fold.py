@@ -58,9 +58,14 @@ class GreedyFold:
         rng = np.random.default_rng(self.seed)
         near = Neighbourhood.of(problem.plane, problem.margin)
         losses = Losses(problem, near)
+        out, walked_out = None, losses.movable
         while True:
             end = losses.end()
-            out = self._fold(problem, near, losses.movable, problem.start, rng)
+            if out is None or not np.array_equal(
+                walked_out, losses.movable
+            ):  # the way out changes with who is held only
+                walked_out = losses.movable.copy()
+                out = self._fold(problem, near, walked_out, problem.start, rng)
             back = self._fold(problem, near, losses.movable, end, rng, expendable=problem.priority)
             losses.record(back)
             if not (len(out.stuck) or len(back.stuck)):
