@@ -1,5 +1,6 @@
 """The command line from outside: what it prints, what it writes, how it exits."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -16,6 +17,7 @@ from astropy.table import QTable, Table
 
 import fiberplan as fp
 from fiberplan.cli.app import run
+from fiberplan.cli.planner_options import FLAGS
 from fiberplan.fields import uniform_field
 
 MARGIN = 0.8
@@ -114,6 +116,12 @@ def test_plan_is_the_same_again(folder):
     one, two = (fp.Plan.read(f"{name}.fits").trajectory for name in ("one", "two"))
     assert np.array_equal(one.angles, two.angles)
     assert np.array_equal(one.times, two.times)
+
+
+@pytest.mark.parametrize("name", fp.planners.PLANNERS)
+def test_every_setting_of_a_planner_is_an_option(name):
+    fields = {field.name for field in dataclasses.fields(fp.planners.PLANNERS[name])}
+    assert {flag.field for flag in FLAGS[name]} == fields - {"seed"}
 
 
 def test_plan_options_reach_the_planner(folder):

@@ -1,18 +1,20 @@
 """``fiberplan plan``: from a focal plane and a table of targets to a proven plan."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from fiberplan.cli.options import SeedOption
 from fiberplan.cli.output import refuse_unwritable, say, working
+from fiberplan.cli.planner_options import with_planner_options
 from fiberplan.cli.report import findings, lost_targets
 
 Conflicts = Literal["raise", "drop"]
-_GREEDY = "Options of greedy-fold"
 
 
+@with_planner_options
 def plan(
     instrument: Annotated[str, typer.Argument(metavar="INSTRUMENT", help="A name, or an instrument's file or folder.")],
     targets: Annotated[Path, typer.Argument(metavar="TARGETS", help="A table: positioner, x, y (mm unless it says).")],
@@ -27,25 +29,8 @@ def plan(
     seed: SeedOption = 0,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
-    step: Annotated[
-        float | None,
-        typer.Option(metavar="DEG", help="Step of the fastest joint (deg); 0.1 if not given.", rich_help_panel=_GREEDY),
-    ] = None,
-    max_travel: Annotated[
-        float | None, typer.Option(metavar="DEG", help="Give up after this much (deg).", rich_help_panel=_GREEDY)
-    ] = None,
-    relief: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="What to do about deadlocks: joint (default), reverse, replace or none.",
-            rich_help_panel=_GREEDY,
-        ),
-    ] = None,
-    skip_noops: Annotated[
-        bool | None,
-        typer.Option("--skip-noops/--literal", help="Skip moves that do not move, or not.", rich_help_panel=_GREEDY),
-    ] = None,
+    *,
+    settings: Mapping[str, Any],
 ) -> None:
     """Plan the motion from START to TARGETS and prove it safe; exit 0 if every target is reached, 1 if not.
 
@@ -59,7 +44,6 @@ def plan(
         from fiberplan.problem import Problem
         from fiberplan.targets import Targets
 
-        settings = {"step": step, "max_travel": max_travel, "relief": relief, "skip_noops": skip_noops}
         chosen = chosen_planner(planner, seed, settings)
         plane = FocalPlane.load(instrument)
         begin = None if start is None else read_configuration(start, plane)

@@ -1,19 +1,17 @@
 """A planner by its name and the options that were given for it."""
 
-import dataclasses
 import difflib
 import math
 from collections.abc import Mapping
 from typing import Any
 
+from fiberplan.cli.planner_options import FLAGS
 from fiberplan.errors import FiberplanError
 from fiberplan.planners import PLANNERS, Planner
 
-IN_DEGREES = ("step", "max_travel")
-
 
 def chosen_planner(name: str, seed: int, settings: Mapping[str, Any]) -> Planner:
-    """The planner called `name`, with those of its `settings` that are not None.
+    """The planner called `name`, with those of its `settings` that are not None, in the units of the command line.
 
     Raises:
         FiberplanError: no such planner, one without such a setting, or a value that it refuses.
@@ -22,11 +20,10 @@ def chosen_planner(name: str, seed: int, settings: Mapping[str, Any]) -> Planner
         near = difflib.get_close_matches(name, PLANNERS, n=1)
         hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(PLANNERS)}"
         raise FiberplanError(f"no planner '{name}'{hint}")
-    kind = PLANNERS[name]
-    known = {field.name for field in dataclasses.fields(kind)}
-    given = {key: value for key, value in settings.items() if value is not None}
-    foreign = [key for key in given if key not in known]
+    flags = {flag.field: flag for flag in FLAGS[name]}
+    given = {field: value for field, value in settings.items() if value is not None}
+    foreign = [field for field in given if field not in flags]
     if foreign:
         raise FiberplanError(f"planner {name} has no option --{foreign[0].replace('_', '-')}")
-    given |= {key: math.radians(given[key]) for key in IN_DEGREES if key in given}
-    return kind(**given, seed=seed)
+    given = {field: math.radians(v) if flags[field].unit == "deg" else v for field, v in given.items()}
+    return PLANNERS[name](**given, seed=seed)

@@ -1,0 +1,71 @@
+"""The settings of every planner as options of the command line, with their units there.
+
+A table rather than the planners' own fields, so that ``fiberplan --help`` need not load them; a test keeps the two
+alike. An option that several planners have is one option.
+"""
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+
+class Flag(NamedTuple):
+    """One setting of one planner."""
+
+    field: str  #: of the planner's dataclass; the option is --field with dashes
+    kind: type  #: float, int, str or bool
+    unit: str  #: on the command line: "deg" is converted to rad; "" if it has none
+    help: str
+    otherwise: str = ""  #: for a bool: the option that says no, if not --no-field
+
+    @property
+    def option(self) -> str:
+        """Its name on the command line."""
+        return "--" + self.field.replace("_", "-")
+
+
+FLAGS: dict[str, tuple[Flag, ...]] = {
+    "greedy-fold": (
+        Flag("step", float, "deg", "Step of the fastest joint; 0.1 if not given."),
+        Flag("max_travel", float, "deg", "Give up after this much turn."),
+        Flag("relief", str, "", "What to do about deadlocks: joint (default), reverse, replace or none."),
+        Flag("skip_noops", bool, "", "Skip moves that do not move, or not.", "--literal"),
+    ),
+}
+
+
+def with_planner_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command one option for every setting in `FLAGS`, handed to it as one mapping, `settings`."""
+
+    @functools.wraps(command)
+    def with_options(**given: Any) -> None:
+        command(**{name: given.pop(name) for name in own}, settings=given)
+
+    signature = inspect.signature(command, eval_str=True)
+    own = [name for name in signature.parameters if name != "settings"]
+    parameters = [signature.parameters[name] for name in own]
+    for field in dict.fromkeys(flag.field for flags in FLAGS.values() for flag in flags):
+        users = {name: flag for name, flags in FLAGS.items() for flag in flags if flag.field == field}
+        parameters.append(
+            inspect.Parameter(field, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_annotation(users))
+        )
+    with_options.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return with_options
+
+
+def _annotation(users: dict[str, Flag]) -> Any:
+    """What typer makes an option of; `users` are the planners that have it."""
+    first = next(iter(users.values()))
+    texts = {name: flag.help for name, flag in users.items()}
+    alone = len(set(texts.values())) == 1
+    option = typer.Option(
+        f"{first.option}/{first.otherwise}" if first.otherwise else first.option,
+        metavar=None if first.kind is bool else (first.unit or first.kind.__name__).upper(),
+        help=next(iter(texts.values())) if alone else " ".join(f"{name}: {text}" for name, text in texts.items()),
+        rich_help_panel=f"Options of {', '.join(users)}",
+    )
+    return Annotated[first.kind | None, option]
