@@ -6,6 +6,7 @@ import pytest
 from fiberplan.configurations import read_configuration
 from fiberplan.errors import FiberplanError, InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.instruments import names
 from fiberplan.problem import Problem
 from fiberplan.targets import Targets
 
@@ -29,7 +30,7 @@ def complaint(error, call):
     [
         (
             "sayers2021",
-            "no instrument 'sayers2021'; did you mean 'sayres2021'? (built in: hexagonal, sayres2021, sdss)",
+            f"no instrument 'sayers2021'; did you mean 'sayres2021'? (built in: {', '.join(names())})",
         ),
         ("nowhere/array.toml", "nowhere/array.toml: no such file"),
         ("array.fits", "array.fits: no such file"),
@@ -42,7 +43,7 @@ def test_unknown_instrument(name, message):
 def test_folders_and_files_that_are_no_instrument(tmp_path):
     assert "has no wokCoords.csv" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path))
     (tmp_path / "array.txt").write_text("")
-    assert "neither a .toml nor a .fits" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.txt"))
+    assert "neither a .toml, a .fits nor" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.txt"))
     (tmp_path / "array.toml").write_bytes(b"\xff\xfe\x00")
     assert "not a text file" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.toml"))
 

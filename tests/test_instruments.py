@@ -33,7 +33,16 @@ radius = 1.5
 """
 
 
-@pytest.mark.parametrize(("name", "n", "obstacles"), [("sayres2021", 547, 0), ("sdss", 500, 66), ("hexagonal", 331, 0)])
+@pytest.mark.parametrize(
+    ("name", "n", "obstacles"),
+    [
+        ("sayres2021", 547, 0),
+        ("sdss", 500, 66),
+        ("hexagonal", 331, 0),
+        ("moons", 1009, 0),
+        ("makarem2016", 1025, 0),
+    ],
+)
 def test_built_in(name, n, obstacles):
     plane = FocalPlane.load(name)
     assert plane.n == n

@@ -1,4 +1,4 @@
-"""Readers of targets: any table, or the ``confSummary`` file in which SDSS-V records a configuration.
+"""Readers of targets: any table, SDSS-V's record of a configuration (``confSummary``), or a field of MOONS.
 
 A table has ``x`` and ``y`` [mm] or commanded ``alpha`` and ``beta`` [deg] or both (angles win), and optionally
 ``positioner``, ``priority``, ``fiber`` and ``parity``. Units in brackets are assumed where a column gives none.
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
+from fiberplan.instruments.moons_targets import is_moons, read_moons_targets
 from fiberplan.instruments.yanny import read_yanny
 from fiberplan.table_reader import InputTable, read_table
 
@@ -25,7 +26,9 @@ def read_columns(path: str | os.PathLike) -> dict[str, Any]:
         TargetError: a file, column, unit or value that cannot be used; one line that names it.
     """
     path = Path(path)
-    return _conf_summary(path) if path.suffix.lower() == ".par" else _table(path)
+    if path.suffix.lower() == ".par":
+        return _conf_summary(path)
+    return read_moons_targets(path) if is_moons(path) else _table(path)
 
 
 def _table(path: Path) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fiberplan.arrays import read_only
 from fiberplan.errors import TargetError
@@ -18,6 +19,7 @@ from fiberplan.table_reader import nearest
 from fiberplan.target_files import read_columns
 
 _SHOWN = 4  # how many unreachable targets an error message lists
+_PLACE = 0.05  # [mm] a positioner named by its place stands no farther from there (files have six digits)
 
 
 class Solution(NamedTuple):
@@ -45,6 +47,8 @@ class Targets:
     fiber: tuple[str, ...] | None = None  #: (m,) names; "" is the default fiber
     parity: np.ndarray = None  # type: ignore[assignment]  #: (m,) +1 right, -1 left, 0 (unless given) either
     angles: np.ndarray = None  # type: ignore[assignment]  #: (m, 2) commanded, win over x, y; NaN where absent [rad]
+    base: np.ndarray | None = None  #: (m, 2) instead of ids: where the positioners stand [mm]
+    idle: np.ndarray | None = None  #: (k, 2) with `base`: where those without a target stand [mm]
     offline: tuple[str, ...] = ()  #: ids whose position the source says is unknown
     source: str = "targets"  #: a file, for messages
     rows: tuple[str, ...] = ()  #: (m,) where each target stands in it
@@ -60,6 +64,11 @@ class Targets:
             if value.shape != shape:
                 raise TargetError(f"{self.source}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
+        for name in ("base", "idle"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, read_only(np.reshape(value, (-1, 2))))
+        if self.base is not None and len(self.base) != m:
+            raise TargetError(f"{self.source}: base has {len(self.base)} entries for {m} targets")
         object.__setattr__(self, "rows", self.rows or tuple(f"row {k + 1}" for k in range(m)))
         for name in ("positioner", "fiber", "rows"):
             value = getattr(self, name)
@@ -104,7 +113,7 @@ class Targets:
 
     @classmethod
     def read(cls, path: str | os.PathLike) -> "Targets":
-        """Read targets from any table that astropy reads, or from a SDSS ``confSummary*.par``.
+        """Read targets from any table that astropy reads, a SDSS ``confSummary*.par``, or a MOONS ``targets_K.txt``.
 
         Columns: ``x``, ``y`` [mm], or commanded ``alpha``, ``beta`` [deg]; optionally ``positioner``, ``priority``,
         ``fiber`` and ``parity`` (+1 or right, -1 or left, 0 or any). Units in brackets are assumed where none
@@ -121,6 +130,8 @@ class Targets:
         Raises:
             TargetError: targets without positioners, or a positioner that `plane` does not have.
         """
+        if self.positioner is None and self.base is not None:
+            return self._standing_at(plane)
         if self.positioner is None:
             raise TargetError(
                 f"{self.source}: no column 'positioner': say which positioner takes which target, "
@@ -133,6 +144,31 @@ class Targets:
             if id_ not in plane.index:
                 raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
         return np.array([plane.index[id_] for id_ in self.positioner], np.int64)
+
+    def _standing_at(self, plane: FocalPlane) -> np.ndarray:
+        """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
+        assert self.base is not None
+        listed = self.base if self.idle is None else np.concatenate([self.base, self.idle])
+        away, who = cKDTree(plane.base).query(listed)
+        m, rows = len(self), np.arange(len(listed))
+        for row in np.flatnonzero(~(away <= _PLACE)):
+            x, y = listed[row]
+            what = self.rows[row] if row < m else "a row without a target"
+            raise TargetError(
+                f"{self.source}: {what}: {plane.name} has no positioner at x {x:.3f}, y {y:.3f} mm "
+                f"(the nearest is {away[row]:.3f} mm away)"
+            )
+        if len(np.unique(who)) < len(listed):
+            again = int(rows[~np.isin(rows, np.unique(who, return_index=True)[1])][0])
+            what = self.rows[again] if again < m else "a row without a target"
+            raise TargetError(f"{self.source}: {what}: positioner '{plane.ids[who[again]]}' already has a row")
+        missing = np.setdiff1d(np.arange(plane.n), who)
+        if self.idle is not None and len(missing):
+            raise TargetError(
+                f"{self.source}: {len(listed)} rows for the {plane.n} positioners of {plane.name}: "
+                f"none for positioner '{plane.ids[missing[0]]}'; is the file truncated?"
+            )
+        return np.asarray(who[:m], np.int64)
 
     def _offsets(self, plane: FocalPlane, who: np.ndarray) -> np.ndarray:
         """(m, 2) of each target's fiber in its beta link's frame [mm]."""

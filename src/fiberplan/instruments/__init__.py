@@ -1,7 +1,7 @@
 """Named instruments and readers of instruments' own files.
 
 `load` takes a built-in name, a TOML file written by hand, a FITS file that `FocalPlane.write` made (a plan file will
-do), or a folder of SDSS-V calibrations.
+do), a ``positioners.cfg`` of the MOONS prototype, or a folder of SDSS-V calibrations.
 """
 
 import os
@@ -10,6 +10,7 @@ from pathlib import Path
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.definition import read_definition
+from fiberplan.instruments.moons import read_moons
 from fiberplan.instruments.sdss import HOLE_MAP, read_calibration
 from fiberplan.instruments.tables import read
 from fiberplan.table_reader import nearest
@@ -42,8 +43,10 @@ def load(name_or_path: str | os.PathLike) -> FocalPlane:
         return read_definition(path)
     if suffix == ".fits":
         return read(path)
+    if suffix == ".cfg":
+        return read_moons(path)
     if path.exists():
-        raise InstrumentError(f"{path}: is neither a .toml nor a .fits file, nor a calibration folder")
+        raise InstrumentError(f"{path}: is neither a .toml, a .fits nor a .cfg file, nor a calibration folder")
     if path.suffix or len(path.parts) > 1:
         raise InstrumentError(f"{path}: no such file")
     known = ", ".join(names())

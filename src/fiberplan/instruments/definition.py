@@ -51,6 +51,7 @@ class Joint(_Part):
     lower: Finite  #: [deg]
     upper: Finite  #: [deg]
     folded: Finite  #: [deg]
+    zero: Finite = 0.0  #: added to commanded angles by geometry, which measures beta from the alpha link [deg]
     speed: Positive  #: [deg/s]
 
     @model_validator(mode="after")
@@ -173,6 +174,7 @@ class Definition(_Part):
             lower=both("lower"),
             upper=both("upper"),
             max_speed=both("speed"),
+            zero=both("zero"),
             bodies=tuple(
                 Body(np.array(b.points), b.radius, b.link, b.closed, b.category, _meets(b.meets), b.name)
                 for b in self.bodies
