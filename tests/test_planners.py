@@ -109,6 +109,7 @@ SCENES = [
     some_without_goal,
 ]
 SETTINGS = {
+    "direct": [{}],
     "greedy-fold": [{"relief": relief, **COARSE} for relief in ("joint", "reverse", "replace", "none")],
 }
 VARIANTS = [

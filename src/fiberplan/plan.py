@@ -50,6 +50,7 @@ class Plan:
     """Positioner that did not arrive -> those in its way; -1 - k is obstacle k."""
     timings: Mapping[str, float] = field(default_factory=dict)  #: CPU seconds per stage
     notes: tuple[str, ...] = ()  #: assumptions and warnings
+    interrupted: bool = False  #: by Ctrl-C or a deadline: what was best by then
 
     def __post_init__(self) -> None:
         n = self.problem.n
@@ -69,8 +70,15 @@ class Plan:
     def lower_bound(self) -> float:
         """No plan in which these positioners arrive can be faster [s]: the largest joint travel over its speed."""
         arrived = self.having(Outcome.ARRIVED)
-        travel = np.abs(self.problem.goal - self.problem.start) / self.problem.plane.max_speed
-        return float(travel[arrived].max(initial=0.0))
+        travel = np.abs(self._ends - self.problem.start[:, None]) / self.problem.plane.max_speed[:, None]
+        shortest = np.nanmin(travel[arrived].max(axis=2), axis=1, initial=np.inf)
+        return float(shortest.max(initial=0.0))
+
+    @property
+    def _ends(self) -> np.ndarray:
+        """(n, k, 2) configurations in which each positioner is at its goal [rad], NaN-padded: the goal comes first."""
+        goal, others = self.problem.goal[:, None], self.problem.alternatives
+        return goal if others is None else np.concatenate([goal, others], axis=1)
 
     @cached_property
     def certificate(self) -> Certificate:
@@ -88,11 +96,18 @@ class Plan:
             np.concatenate([self.having(o) for o in (Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED)])
         )
 
+    @property
+    def kept(self) -> float:
+        """Total priority of the positioners that arrive."""
+        assert self.problem.priority is not None  # set on construction
+        return float(self.problem.priority[self.having(Outcome.ARRIVED)].sum())
+
     def faults(self) -> list[str]:
         """What in the plan does not hold: unsafe motion, or a positioner said to arrive that does not."""
-        plane, goal, end = self.problem.plane, self.problem.goal, self.trajectory.end
+        plane, fibers = self.problem.plane, self.problem.plane.fibers(self.trajectory.end)
         faults = [] if self.certificate.ok else [str(self.certificate)]
-        away = np.linalg.norm(plane.fibers(end) - plane.fibers(goal), axis=1)
+        goals = np.stack([plane.fibers(end) for end in np.moveaxis(self._ends, 1, 0)])
+        away = np.fmin.reduce(np.linalg.norm(fibers - goals, axis=2), axis=0)
         for i in self.having(Outcome.ARRIVED):
             if not away[i] <= ARRIVAL:
                 faults.append(f"positioner '{plane.ids[i]}' is said to arrive but ends {away[i]:.4g} mm from its goal")

@@ -86,6 +86,7 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         blockers={i: tuple(others) for i, others in blockers if others is not None},
         timings=said["timings"],
         notes=tuple(said["notes"]),
+        interrupted=said.get("interrupted", False),
     )
 
 
@@ -124,6 +125,7 @@ def _parameters(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "timings": dict(plan.timings),
         "notes": plan.notes,
+        "interrupted": plan.interrupted,
         "problem": {
             "margin": float(problem.margin),
             "conflicts": problem.conflicts,

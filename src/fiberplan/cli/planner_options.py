@@ -28,6 +28,11 @@ class Flag(NamedTuple):
 
 
 FLAGS: dict[str, tuple[Flag, ...]] = {
+    "direct": (
+        Flag("max_time", float, "s", "Give up what cannot be done in this time."),
+        Flag("budget", float, "", "Replans per positioner before goals are given up; 60 if not given."),
+        Flag("turn", float, "deg", "Turn of the fastest joint in one step of the search; 6 if not given."),
+    ),
     "greedy-fold": (
         Flag("step", float, "deg", "Step of the fastest joint; 0.1 if not given."),
         Flag("max_travel", float, "deg", "Give up after this much turn."),

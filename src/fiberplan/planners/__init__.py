@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 
+from fiberplan.planners.direct import Direct
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.protocol import Planner
 
-PLANNERS: dict[str, Callable[..., Planner]] = {"greedy-fold": GreedyFold}
+PLANNERS: dict[str, Callable[..., Planner]] = {"direct": Direct, "greedy-fold": GreedyFold}
 
-__all__ = ["PLANNERS", "GreedyFold", "Planner"]
+__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner"]

@@ -8,7 +8,8 @@ edge is an even move of all members together, tested over its whole length. No p
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.compile import inlined, kernel, leaf
+from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.randoms import uniform
 from fiberplan.kernels.sweep import SLACK, swept_clear
 from fiberplan.neighbourhood import Neighbourhood
 
@@ -19,17 +20,6 @@ _GOAL_BIAS = 0.1
 _INSTANT = 1e-9  # [s] nodes closer than this are one
 _ROUNDS = 3  # of shortening what was found
 _SHORTENINGS = 3  # an edge that is refused is tried at a quarter of its length, and so on: ways out can be narrow
-
-
-@inlined
-def _random(state):
-    """Uniform in [0, 1) from a splitmix64 generator whose state is state[0] (the same on every platform)."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    z = state[0]
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return float(z >> np.uint64(11)) / 9007199254740992.0
 
 
 @leaf
@@ -108,11 +98,11 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
     side = 0
     met = False
     while not met and counts.max() < most and reached[1] < _EDGES_PER_NODE * most:
-        if _random(state) < _GOAL_BIAS:
+        if uniform(state) < _GOAL_BIAS:
             target[:] = nodes[1 - side, 0]
         else:
             for d in range(size):
-                target[d] = lower[d] + _random(state) * (upper[d] - lower[d])
+                target[d] = lower[d] + uniform(state) * (upper[d] - lower[d])
         counts[side] = _extend(
             arms,
             near,

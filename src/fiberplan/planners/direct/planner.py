@@ -1,0 +1,165 @@
+"""Straight from field to field, in close to the least time that the joints allow.
+
+Everybody takes the cheapest way of their own over a lattice of (alpha, beta, time); contacts are then repaired one
+positioner at a time, and pair by pair where that gets stuck (`fiberplan.planners.direct.search`). What is found is
+clear in continuous time; straightening leaves a few knots of it.
+"""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from time import monotonic, process_time
+
+import numpy as np
+
+from fiberplan.errors import ProblemError
+from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.plan import Outcome, Plan
+from fiberplan.planners.direct.lattice import UNDER_LIMIT
+from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.planners.direct.trim import as_trajectory
+from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.navigation.parity import faster_goals
+from fiberplan.planners.straighten import straighten
+from fiberplan.problem import Problem
+
+_HUB_STEP = np.radians(1.0)  # of the fallback's walk
+
+
+@dataclass(frozen=True)
+class Direct:
+    """Field to field by local search with soft conflicts, joint moves of pairs, and the fold hub as fallback (ours).
+
+    Raises:
+        ProblemError: a time, budget or turn that is not positive.
+    """
+
+    max_time: float | None = None  #: cap of the makespan [s]
+    budget: float = 60.0  #: replans per positioner before goals are given up; a joint one counts as 20
+    turn: float = np.radians(6.0)  #: of the fastest joint in one step of the search [rad]
+    seed: int = 0  #: of the order of repairs
+
+    name = "direct"
+    reference = "ours; soft conflicts after MAPF-LNS2 (Li et al., AAAI 2022), breakout weights (Morris, AAAI 1993)"
+
+    def __post_init__(self) -> None:
+        for label, unit in (("max_time", " s"), ("budget", ""), ("turn", " rad")):
+            value = getattr(self, label)
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise ProblemError(f"direct: {label} must be positive, got {value:g}{unit}")
+        if self.turn > np.pi / 4:
+            raise ProblemError(f"direct: turn must be at most 45 deg, got {np.degrees(self.turn):g} deg")
+
+    def plan(
+        self, problem: Problem, deadline: float | None = None, report: Callable[[str], None] | None = None
+    ) -> Plan:
+        """Go straight to the goal; what cannot get there is given up, and the rest is planned around it.
+
+        Args:
+            problem: the problem.
+            deadline: wall-clock seconds after which the best plan so far is returned, marked as interrupted; as it is
+                after Ctrl-C.
+            report: told about progress, in words.
+        """
+        begun = process_time()
+        ends = np.inf if deadline is None else monotonic() + deadline
+        near = Neighbourhood.of(problem.plane, problem.margin)
+        goal, late = self._goals(problem, near)
+        search = DirectSearch(problem, near, goal, self.turn, self.max_time, self.seed)
+
+        def proceed() -> bool:
+            if report is not None:
+                report(str(search))
+            return monotonic() < ends
+
+        try:
+            search.begin()
+            solved = search.run(int(self.budget * problem.n), proceed)
+        except KeyboardInterrupt:
+            solved = False
+        searched = process_time()
+        if not solved:
+            return self._hub(problem, begun, "interrupted: the fold hub is the best plan so far", interrupted=True)
+        motion = as_trajectory(search.lattice.path[: problem.n], search.duration)
+        motion = straighten(problem.plane, motion, problem.margin, near)
+        plan = Plan(
+            problem=problem,
+            trajectory=motion,
+            outcomes=_outcomes(problem, search, late),
+            planner=self.name,
+            parameters=dataclasses.asdict(self),
+            seed=self.seed,
+            blockers=_blockers(problem, search),
+            timings={"search": searched - begun, "straighten": process_time() - searched},
+            notes=(*problem.notes, *_notes(problem, search, late, self.max_time)),
+        )
+        if not search.given_up:
+            return plan
+        hub = self._hub(problem, begun, "the fold hub keeps more than the direct way")
+        in_time = self.max_time is None or hub.makespan <= self.max_time
+        return hub if in_time and hub.kept > plan.kept else plan
+
+    def _goals(self, problem: Problem, search_near: Neighbourhood) -> tuple[np.ndarray, np.ndarray]:
+        """Goals (n, 2) to go to [rad], the quickest where there is a choice; and who cannot be there by `max_time`."""
+        goal = np.array(faster_goals(problem, search_near))
+        late = np.zeros(problem.n, bool)
+        if self.max_time is not None:
+            needed = np.nan_to_num(np.abs(goal - problem.start) / (problem.plane.max_speed * UNDER_LIMIT)).max(axis=1)
+            late = needed > self.max_time
+            goal[late] = np.nan
+        return goal, late
+
+    def _hub(self, problem: Problem, begun: float, why: str, interrupted: bool = False) -> Plan:
+        """The plan of the fold hub, as a plan of this planner."""
+        hub = GreedyFold(step=_HUB_STEP, seed=self.seed).plan(problem)
+        return dataclasses.replace(
+            hub,
+            planner=self.name,
+            parameters=dataclasses.asdict(self),
+            timings={"search": process_time() - begun},
+            notes=(*hub.notes, why),
+            interrupted=interrupted,
+        )
+
+
+def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray) -> tuple[Outcome, ...]:
+    """An outcome for every positioner, the first that fits."""
+
+    def outcome(i: int) -> Outcome:
+        if not problem.plane.online[i]:
+            return Outcome.OFFLINE
+        if np.isnan(problem.requested[i, 0]) and i not in problem.dropped:
+            return Outcome.NO_TARGET
+        if i in problem.dropped:
+            return Outcome.DROPPED
+        if late[i]:
+            return Outcome.INFEASIBLE
+        return Outcome.DEADLOCKED if i in search.given_up else Outcome.ARRIVED
+
+    return tuple(outcome(i) for i in range(problem.n))
+
+
+def _blockers(problem: Problem, search: DirectSearch) -> dict[int, tuple[int, ...]]:
+    """Positioner that does not arrive -> who stood in its way; -1 - k is obstacle k."""
+    n = problem.n
+    early = {i: d.blockers for i, d in problem.dropped.items() if d.blockers}
+    given_up = {i: tuple(j if j < n else n - 1 - j for j in arms) for i, arms in search.given_up.items()}
+    return dict(sorted((early | given_up).items()))
+
+
+def _notes(problem: Problem, search: DirectSearch, late: np.ndarray, max_time: float | None) -> list[str]:
+    """What the outcomes do not say."""
+    ids, notes = problem.plane.ids, []
+    if search.slowest_pair is not None:
+        names = " and ".join(ids[i] for i in search.slowest_pair)
+        seconds = search.duration * search.slowest_need
+        notes.append(f"pair bound: {names} need {seconds:.1f} s even alone (an estimate on a lattice, no proof)")
+    if late.any():
+        notes.append(f"proven out of reach within {max_time:g} s by joint speeds: {_listed(ids, np.flatnonzero(late))}")
+    if search.held:
+        notes.append(f"held at the start: {_listed(ids, sorted(search.held))}")
+    return notes
+
+
+def _listed(ids: tuple[str, ...], who: Iterable[int]) -> str:
+    return ", ".join(ids[i] for i in who)

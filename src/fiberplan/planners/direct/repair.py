@@ -1,0 +1,207 @@
+"""Contacts are repaired one positioner at a time, and what only gets stuck that way two at a time.
+
+Local search with soft conflicts: a positioner of some pair in contact is put on the cheapest way through everyone
+else's, whether or not that is free; a pair that still touches afterwards weighs more from then on (breakout). A pair
+that has been tried often is moved together, first past everybody, then past fewer and fewer of those who could make
+room, who have to find other ways while the pair is held for a while.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.randoms import uniform
+from fiberplan.planners.direct.contacts import steps_in_contact
+from fiberplan.planners.direct.lattice import Lattice
+from fiberplan.planners.direct.pairs import move_together, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.single import replan
+
+EXTENDED = 0.02  # price of a step at full extension; touching costs 1 or more
+TURN = 0.01  # price of a joint's turn by one node
+_HEAVIER = 0.5  # what a pair that still touches weighs more
+_INFLATION = 0.1  # [mm] by which a pair that touches only between steps is kept farther apart, every time
+_MOST_INFLATION = 1.5  # [mm]
+_PATIENCE = 8  # replans on account of one pair before it is moved together
+_HELD = 6  # conflicts that one who was moved together survives before being replanned alone
+_RESPECT = (1.5, 0.5, 0.0)  # how much neighbours' ways count, as a pair is moved together again and again
+
+SOLVED, SPENT, TOO_SHORT = 0, 1, 2
+
+
+class Search(NamedTuple):
+    """What the repair knows; all of it changes."""
+
+    contacts: np.ndarray  #: (pairs,) steps in contact
+    weight: np.ndarray  #: (pairs,) float32 price of a step in contact
+    limits: np.ndarray  #: (pairs,) clearance that ways are searched with [mm]
+    tries: np.ndarray  #: (pairs,) replans since the pair was last moved together
+    joined: np.ndarray  #: (pairs,) how often it was
+    needs: np.ndarray  #: (pairs,) steps that it needs alone; 0 unknown, -1 for ever
+    held: np.ndarray  #: (n,) conflicts until a positioner may be replanned alone
+    open: np.ndarray  #: (pairs,) pairs in contact come first
+    place: np.ndarray  #: (pairs,) where a pair is among them, or -1
+    touching: np.ndarray  #: (1,) how many are in contact
+    work: np.ndarray  #: (4,) single replans, pairs moved together, of those in vain, the pair that needs more steps
+    state: np.ndarray  #: (1,) of the random generator
+
+
+class Scratch(NamedTuple):
+    """Arrays to work in, so that no step allocates."""
+
+    price: np.ndarray  # (steps + 1, A, B) float32
+    cost: np.ndarray  # the same
+    turned: np.ndarray  # (A, B) float32
+    bias: np.ndarray  # (B,) float32
+    row: np.ndarray  # (A,) uint64
+    nothing: np.ndarray  # (A,) uint64, zeros
+    shut: np.ndarray  # (steps + 1, A) uint64
+    shut_other: np.ndarray
+    trig: np.ndarray  # (A, B + 1, 2)
+    trig_other: np.ndarray
+    reach: np.ndarray  # (steps + 1, A, B, A) uint64
+    turned_both: np.ndarray  # (2, A, B, A) uint64
+    clear: np.ndarray  # (A, B, A) uint64
+    end: np.ndarray  # (4,)
+
+
+def make_scratch(lattice: Lattice) -> Scratch:
+    """Room for the largest lattice."""
+    a, b, k = lattice.alpha.shape[1], lattice.beta.shape[1], lattice.steps + 1
+    word = np.uint64
+    return Scratch(
+        price=np.empty((k, a, b), np.float32),
+        cost=np.empty((k, a, b), np.float32),
+        turned=np.empty((a, b), np.float32),
+        bias=np.empty(b, np.float32),
+        row=np.empty(a, word),
+        nothing=np.zeros(a, word),
+        shut=np.empty((k, a), word),
+        shut_other=np.empty((k, a), word),
+        trig=np.empty((a, b + 1, 2)),
+        trig_other=np.empty((a, b + 1, 2)),
+        reach=np.empty((k, a, b, a), word),
+        turned_both=np.empty((2, a, b, a), word),
+        clear=np.empty((a, b, a), word),
+        end=np.empty(4, np.int64),
+    )
+
+
+def make_search(n: int, pairs: int, limit: float, seed: int) -> Search:
+    """Nothing known yet."""
+    return Search(
+        contacts=np.zeros(pairs, np.int64),
+        weight=np.ones(pairs, np.float32),
+        limits=np.full(pairs, limit),
+        tries=np.zeros(pairs, np.int64),
+        joined=np.zeros(pairs, np.int64),
+        needs=np.zeros(pairs, np.int64),
+        held=np.zeros(n, np.int64),
+        open=np.zeros(pairs, np.int64),
+        place=np.full(pairs, -1),
+        touching=np.zeros(1, np.int64),
+        work=np.zeros(4, np.int64),
+        state=np.array([seed], np.uint64),
+    )
+
+
+@leaf
+def _note(search, pair, contacts):
+    """A pair touches in so many steps."""
+    search.contacts[pair] = contacts
+    where, last = search.place[pair], search.touching[0] - 1
+    if contacts > 0 and where < 0:
+        search.open[last + 1], search.place[pair] = pair, last + 1
+        search.touching[0] += 1
+    elif contacts == 0 and where >= 0:
+        moved = search.open[last]
+        search.open[where], search.place[moved] = moved, where
+        search.place[pair] = -1
+        search.touching[0] -= 1
+
+
+@kernel
+def note_all(search):
+    """Take the contacts as they are."""
+    for pair in range(len(search.contacts)):
+        _note(search, pair, search.contacts[pair])
+
+
+@leaf
+def _look_around(arms, near, lattice, search, i, limit, steps):
+    """Find who is in contact with positioner i on its new way; whoever is weighs more."""
+    for q in range(near.offsets[i], near.offsets[i + 1]):
+        j, pair = near.near[q].arm, near.near[q].pair
+        touching, ending = steps_in_contact(arms, lattice.path, i, j, limit, steps)
+        if touching > 0:
+            search.weight[pair] += np.float32(_HEAVIER)
+            if ending == 0 and search.limits[pair] < limit + _MOST_INFLATION:
+                search.limits[pair] += _INFLATION
+        _note(search, pair, touching)
+
+
+@kernel
+def place_each(arms, near, lattice, search, scratch, who, steps):
+    """Put all of `who` on their cheapest ways past their neighbours' ways; `near` may leave neighbours out."""
+    for i in who:
+        replan(arms, near, lattice, i, search.weight, search.limits, scratch, EXTENDED, TURN, steps)
+
+
+@leaf
+def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
+    """Move a pair together; returns False if it needs more steps than there are."""
+    for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
+        search.work[1] += 1
+        if move_together(arms, near, lattice, pair, i, j, search.limits, _RESPECT[n], scratch, steps, search.state):
+            search.joined[pair] += 1
+            search.held[i] = search.held[j] = _HELD
+            _look_around(arms, near, lattice, search, i, limit, steps)
+            _look_around(arms, near, lattice, search, j, limit, steps)
+            return True
+        search.work[2] += 1
+    return False
+
+
+@kernel
+def repair(arms, near, lattice, pairs, search, scratch, limit, steps, most):
+    """Replan until nothing touches, or `most` times; SOLVED, SPENT, or TOO_SHORT: search.work[3] needs more steps."""
+    n = len(lattice.size)
+    for _ in range(most):
+        if search.touching[0] == 0:
+            return SOLVED
+        pair = search.open[int(uniform(search.state) * search.touching[0])]
+        i, j = pairs[pair, 0], pairs[pair, 1]
+        if uniform(search.state) < 0.5:
+            i, j = j, i
+        if i >= n or lattice.fixed[i] or (search.held[i] > 0 and not (j >= n or lattice.fixed[j])):
+            search.held[i] -= 1 if i < n and search.held[i] > 0 else 0
+            i, j = j, i
+        search.tries[pair] += 1
+        if search.tries[pair] > _PATIENCE and j < n and not lattice.fixed[j]:
+            search.tries[pair] = 0
+            if _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
+                continue
+            if search.needs[pair] == 0 or search.needs[pair] > steps:
+                search.work[3] = pair
+                return TOO_SHORT
+        search.work[0] += 1
+        price = 0.25 + 1.5 * uniform(search.state)
+        turn = TURN * (0.5 + uniform(search.state))
+        replan(arms, near, lattice, i, search.weight, search.limits, scratch, EXTENDED * price, turn, steps)
+        _look_around(arms, near, lattice, search, i, limit, steps)
+    return SOLVED if search.touching[0] == 0 else SPENT
+
+
+@kernel
+def needed_past_fixed(arms, near, lattice, who, scratch, limit, most):
+    """For each of `who`, steps needed past those that never move; `most` + 1: more; -1: never, on these lattices."""
+    out = np.empty(len(who), np.int64)
+    for k in range(len(who)):
+        out[k] = steps_past_fixed(arms, near, lattice, who[k], limit, scratch, most)
+    return out
+
+
+@kernel
+def needed_alone(arms, lattice, pairs, search, scratch, pair, limit, most):
+    """Steps that a pair needs if nobody else were there, at most `most` + 1; -1 for ever."""
+    return steps_alone(arms, lattice, pairs[pair, 0], pairs[pair, 1], limit, scratch, most)

@@ -1,0 +1,189 @@
+"""From a problem to ways that touch nowhere: repair at the bound, more time where that is short, and at last losses.
+
+The steps begin as the slowest joint needs them. A pair that needs more, even if nobody else were there, gets it; so
+does everybody when the repair makes no headway. What still touches when time or work is up gives up goals: of the
+least total priority that settles every contact, exactly.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.conflicts import least_cover
+from fiberplan.kernels.sweep import SLACK
+from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.planners.direct.contacts import contacts_of_all
+from fiberplan.planners.direct.lattice import UNDER_LIMIT, lengthened, longest_step, make_lattice
+from fiberplan.planners.direct.repair import (
+    SOLVED,
+    TOO_SHORT,
+    make_scratch,
+    make_search,
+    needed_alone,
+    needed_past_fixed,
+    note_all,
+    place_each,
+    repair,
+)
+from fiberplan.problem import Problem
+
+_CHUNK = 100  # replans between looks at the clock
+_PATIENCE = 400  # replans without a growing number of steps, and
+_PATIENCE_PER_CONTACT = 3  # as many more for each pair that touched at first
+_LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
+_JOINT_WORK = 20  # single replans that a joint one counts as
+_SECOND_WIND = 100  # replans for every goal given up
+
+
+class DirectSearch:
+    """Ways of all positioners on their lattices, becoming clear of each other."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        near: Neighbourhood,
+        goal: np.ndarray,
+        turn: float,
+        max_time: float | None,
+        seed: int,
+    ):
+        plane = problem.plane
+        self.problem, self.plane, self.near, self._arms = problem, plane, near, plane.arms
+        self.pairs = plane.arm_pairs_within(problem.margin + 3e-3)
+        self.goal = goal.copy()
+        self.limit = problem.margin + SLACK
+        self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms in its way
+        self.held: set[int] = set()  #: never leave their start
+        self.slowest_pair: tuple[int, int] | None = None
+        self.slowest_need = 0  #: steps that it needs alone
+        travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
+        bound = float(travel.max(initial=0.0))
+        longest = longest_step(plane, problem.start, goal, turn)
+        self.steps = max(1, int(np.ceil(bound / longest - 1e-9)))
+        self.duration = bound / self.steps if bound > 0 else longest  #: of a step [s]
+        self._most_steps = _LONGEST * self.steps + 20
+        if max_time is not None:
+            self._most_steps = max(self.steps, int(max_time / self.duration + 1e-9))
+        self.lattice = make_lattice(plane, problem.start, goal, plane.online, self.duration, self.steps)
+        self._scratch = make_scratch(self.lattice)
+        self.search = make_search(plane.n, len(self.pairs), self.limit, seed)
+
+    @property
+    def touching(self) -> int:
+        """Pairs that still touch."""
+        return int(self.search.touching[0])
+
+    @property
+    def work(self) -> int:
+        """Single replans so far, joint ones counted as many."""
+        return int(self.search.work[0] + _JOINT_WORK * self.search.work[1])
+
+    def __str__(self) -> str:
+        kept = int((~np.isnan(self.goal[:, 0])).sum())
+        return f"{self.duration * self.steps:.1f} s, {kept} targets kept, {self.touching} contacts left"
+
+    def begin(self) -> None:
+        """Everybody on the cheapest way of their own; who needs more steps past fixed arms gets them."""
+        online = np.flatnonzero(self.plane.online)
+        kernel_arguments = (self._arms, self.near, self.lattice)
+        nobody = self.near._replace(offsets=read_only(np.zeros_like(self.near.offsets), np.int64))
+        fixed = self.lattice.fixed[self.pairs]
+        beside = np.zeros(len(self.lattice.fixed), bool)
+        beside[self.pairs[fixed[:, 0], 1]] = beside[self.pairs[fixed[:, 1], 0]] = True
+        who = np.flatnonzero(beside[: self.plane.n] & self.plane.online & ~np.isnan(self.goal[:, 0]))
+        needs = needed_past_fixed(*kernel_arguments, who, self._scratch, self.limit, self._most_steps)
+        for i in who[(needs < 0) | (needs > self._most_steps)]:
+            fixed_near = [int(j) for j in self._neighbours(i) if self.lattice.fixed[j]]
+            self._give_up(int(i), tuple(fixed_near))
+        self._lengthen(int(needs[needs <= self._most_steps].max(initial=0)))
+        place_each(self._arms, nobody, self.lattice, self.search, self._scratch, online, self.steps)
+        self._look_everywhere()
+
+    def _neighbours(self, i: int) -> np.ndarray:
+        return self.near.near["arm"][self.near.offsets[i] : self.near.offsets[i + 1]]
+
+    def _look_everywhere(self) -> None:
+        contacts_of_all(self._arms, self.lattice, self.pairs, self.limit, self.steps, self.search.contacts)
+        note_all(self.search)
+
+    def _lengthen(self, steps: int) -> None:
+        if steps > self.steps:
+            self.steps = steps
+            self.lattice = lengthened(self.lattice, steps)
+            self._scratch = make_scratch(self.lattice)
+
+    def run(self, budget: int, proceed: Callable[[], bool]) -> bool:
+        """Repair until nothing touches; False if `proceed` said to stop before that."""
+        patience = _PATIENCE + _PATIENCE_PER_CONTACT * self.touching
+        stuck, growth = 0, 1
+        while proceed():
+            result = repair(
+                self._arms, self.near, self.lattice, self.pairs, self.search, self._scratch, self.limit, self.steps,
+                _CHUNK,
+            )  # fmt: skip
+            if result == SOLVED:
+                return True
+            stuck += _CHUNK
+            if result == TOO_SHORT:
+                self._lengthen_for(int(self.search.work[3]))
+            elif self.work > budget or (stuck > patience and self.steps >= self._most_steps):
+                budget = max(budget, self.work) + _SECOND_WIND * self._settle()
+                stuck = 0
+            elif stuck > patience:
+                self._lengthen(min(self.steps + growth, self._most_steps))
+                stuck, growth, patience = 0, growth + 1, _PATIENCE
+        return False
+
+    def _lengthen_for(self, pair: int) -> None:
+        """Find how many steps a pair needs that cannot be moved together; give up one of its goals if too many."""
+        need = needed_alone(
+            self._arms, self.lattice, self.pairs, self.search, self._scratch, pair, self.limit, self._most_steps
+        )
+        if need < 0 or need > self._most_steps:
+            self._give_up_for(pair)
+        else:
+            self.search.needs[pair] = need
+            if need > self.steps:
+                self.slowest_pair, self.slowest_need = tuple(self.pairs[pair].tolist()), need
+                self._lengthen(need)
+
+    def _give_up_for(self, pair: int) -> None:
+        """Give up the goal of whichever matters less of two that cannot both get there."""
+        priority = self.problem.priority
+        assert priority is not None  # set on construction
+        i, j = (int(arm) for arm in self.pairs[pair])
+        able = [arm for arm in (i, j) if not self.lattice.fixed[arm]]
+        loser = min(able, key=lambda arm: (not np.isnan(self.goal[arm, 0]), priority[arm], arm))
+        self._give_up(loser, (j if loser == i else i,))
+        self._look_everywhere()
+
+    def _settle(self) -> int:
+        """Give up goals of the least priority that has a part in every contact; how many."""
+        priority = self.problem.priority
+        assert priority is not None  # set on construction
+        open_ = [tuple(self.pairs[p].tolist()) for p in self.search.open[: self.touching]]
+        fixed = self.lattice.fixed
+        forced = {a if fixed[b] else b for a, b in open_ if fixed[a] or fixed[b]}
+        free = [(a, b) for a, b in open_ if a not in forced and b not in forced]
+        # whoever has no goal to lose would be held instead: last of all
+        weight = np.where(np.isnan(self.goal[:, 0]), priority.sum() + 1.0, priority)
+        losers = sorted(forced | least_cover(free, weight))
+        for i in losers:
+            self._give_up(i, tuple(a if b == i else b for a, b in open_ if i in (a, b)))
+        self._look_everywhere()
+        return len(losers)
+
+    def _give_up(self, i: int, blockers: tuple[int, ...]) -> None:
+        """Let positioner i end anywhere safe; if it was free to already, hold it at its start."""
+        lattice = self.lattice
+        if np.isnan(self.goal[i, 0]):
+            self.held.add(i)
+            lattice.path[i], lattice.node[i], lattice.fixed[i] = self.problem.start[i], lattice.first[i], True
+            if not np.isnan(self.problem.goal[i, 0]):
+                self.given_up.setdefault(i, blockers)
+            return
+        self.given_up.setdefault(i, blockers)
+        self.goal[i] = np.nan
+        lattice.last[i] = -1
+        lattice.path[i], lattice.node[i] = self.problem.start[i], lattice.first[i]

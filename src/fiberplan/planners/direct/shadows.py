@@ -1,0 +1,135 @@
+"""Where a positioner cannot be because of another one: sets of lattice nodes, one machine word of betas per alpha.
+
+A node is shut when the clearance there, bodies and all, is less than a limit. Looking along beta, a clearance of c more
+than the limit vouches for all betas that the farthest body point cannot use c up to reach.
+"""
+
+import numpy as np
+
+from fiberplan.kernels.arms import frame
+from fiberplan.kernels.clearance import frames_clearance
+from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.planners.direct.lattice import window
+
+_ONE = np.uint64(1)
+_NONE = np.uint64(0)
+
+
+@inlined
+def bit(b):
+    """The set of beta node b alone."""
+    return _ONE << np.uint64(b)
+
+
+@inlined
+def holds(bits, b):
+    """Whether beta node b is in a set."""
+    return (bits >> np.uint64(b)) & _ONE != _NONE
+
+
+@leaf
+def link_directions(arms, lattice, i, trig):
+    """Cosine and sine of the links of positioner i at its nodes: trig[a, 0] of the first, trig[a, 1 + b] of the other."""
+    arm = arms.arm[i]
+    for a in range(lattice.size[i, 0]):
+        first = lattice.alpha[i, a] + arm.alpha_zero
+        trig[a, 0, 0], trig[a, 0, 1] = np.cos(first), np.sin(first)
+        for b in range(lattice.size[i, 1]):
+            second = first + lattice.beta[i, b] + arm.beta_zero
+            trig[a, b + 1, 0], trig[a, b + 1, 1] = np.cos(second), np.sin(second)
+
+
+@inlined
+def node_frame(arms, i, trig, a, b):
+    """Link frames of positioner i at its node (a, b)."""
+    arm = arms.arm[i]
+    c1, s1 = trig[a, 0, 0], trig[a, 0, 1]
+    return arm.x, arm.y, arm.x + arm.length * c1, arm.y + arm.length * s1, c1, s1, trig[a, b + 1, 0], trig[a, b + 1, 1]
+
+
+@inlined
+def beta_motion(arms, lattice, i):
+    """Bound on how far a body point of positioner i moves from one beta node to the next [mm]."""
+    widest = 0.0
+    for b in range(lattice.size[i, 1] - 1):
+        widest = max(widest, lattice.beta[i, b + 1] - lattice.beta[i, b])
+    return max(arms.arm[i].reach_beta * widest, 1e-9)
+
+
+@inlined
+def circle_at(lattice, j, frame_j):
+    """Center of the circle about the bodies of arm j's last link [mm]."""
+    u, v = lattice.circle[j, 0], lattice.circle[j, 1]
+    if j < len(lattice.size):
+        return frame_j[2] + frame_j[6] * u - frame_j[7] * v, frame_j[3] + frame_j[7] * u + frame_j[6] * v
+    return frame_j[0] + u, frame_j[1] + v
+
+
+@inlined
+def _apart(ax, ay, bx, by, gap):
+    return (ax - bx) * (ax - bx) + (ay - by) * (ay - by) > gap * gap
+
+
+@inlined
+def cannot_meet(arms, lattice, i, ex, ey, j, frame_j, limit):
+    """Whether arm i, wherever its beta is and with its elbow at (ex, ey), surely clears arm j by `limit` [mm]."""
+    cx, cy = circle_at(lattice, j, frame_j)
+    mine = np.hypot(lattice.circle[i, 0], lattice.circle[i, 1]) + lattice.circle[i, 2]
+    theirs = lattice.circle[j, 2] + limit
+    if not _apart(cx, cy, ex, ey, mine + theirs):
+        return False
+    first_i, first_j = lattice.first_link[i], lattice.first_link[j]
+    if first_i < 0.0 and first_j < 0.0:
+        return True
+    x, y = arms.arm[i].x, arms.arm[i].y
+    return (
+        (first_i < 0.0 or _apart(cx, cy, x, y, first_i + theirs))
+        and (first_j < 0.0 or _apart(frame_j[0], frame_j[1], ex, ey, mine + first_j + limit))
+        and (first_i < 0.0 or first_j < 0.0 or _apart(frame_j[0], frame_j[1], x, y, first_i + first_j + limit))
+    )
+
+
+@leaf
+def shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
+    """The beta nodes of positioner i at its alpha node `a` that do not clear arm j by `limit` [mm]."""
+    bits = _NONE
+    x, y = arms.arm[i].x + arms.arm[i].length * trig[a, 0, 0], arms.arm[i].y + arms.arm[i].length * trig[a, 0, 1]
+    if cannot_meet(arms, lattice, i, x, y, j, frame_j, limit):
+        return bits
+    b = 0
+    while b < lattice.size[i, 1]:
+        gap = frames_clearance(arms, i, node_frame(arms, i, trig, a, b), j, frame_j)
+        if gap >= limit:
+            b += 1 + int((gap - limit) / motion) if gap < limit + 64.0 * motion else 64
+        else:
+            bits |= bit(b)
+            b += 1
+    return bits
+
+
+@leaf
+def cast_shadow(arms, lattice, i, trig, motion, j, limit, steps, row, shut):
+    """Add to `shut` (steps + 1, A) the nodes of positioner i that arm j on its way shuts after each step.
+
+    `row` (A,) is scratch: where j waits, what it shuts is looked up once.
+    """
+    known_low, known_high = 0, -1
+    frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
+    for k in range(1, steps + 1):
+        pose = lattice.path[j, k]
+        if pose[0] != lattice.path[j, k - 1, 0] or pose[1] != lattice.path[j, k - 1, 1]:
+            frame_j = frame(arms, j, pose[0], pose[1])
+            known_low, known_high = 0, -1
+        low, high = window(lattice, i, k, steps)
+        for a in range(low, high + 1):
+            if known_low <= a <= known_high:
+                continue
+            row[a] = shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
+        for a in range(low, high + 1):
+            shut[k, a] |= row[a]
+        if known_high < known_low:
+            known_low, known_high = low, high
+        elif low <= known_high + 1 and high >= known_low - 1:
+            known_low, known_high = min(low, known_low), max(high, known_high)
+        else:
+            known_low, known_high = low, high
