@@ -110,9 +110,14 @@ def _foldedness(arms, lattice, i, b):
 
 
 @leaf
-def _trace_back(arms, lattice, i, j, steps, reach, end, state):
-    """Put both on a way to `end`: looking back, whatever is more folded, so that they retract early and extend late."""
+def _trace_back(arms, lattice, i, j, steps, reach, end, variety, state):
+    """Put both on a way to `end`: looking back, whatever is more folded, so that they retract early and extend late.
+
+    With some `variety` (0 to 1) they are folded less eagerly, and turn alpha rather one way.
+    """
     a, b, c, d = end[0], end[1], end[2], end[3]
+    eager_i, eager_j = 1.0 - variety * uniform(state), 1.0 - variety * uniform(state)
+    aside_i, aside_j = 0.1 * variety * (uniform(state) - 0.5), 0.1 * variety * (uniform(state) - 0.5)
     put(lattice, i, steps, a, b)
     put(lattice, j, steps, c, d)
     for k in range(steps - 1, -1, -1):
@@ -125,7 +130,8 @@ def _trace_back(arms, lattice, i, j, steps, reach, end, state):
                 for y in range(max(b - 1, 0), min(b + 2, lattice.size[i, 1])):
                     for w in range(max(d - 1, 0), min(d + 2, lattice.size[j, 1])):
                         if holds(reach[k, x, y, z], w):
-                            value = _foldedness(arms, lattice, i, y) + _foldedness(arms, lattice, j, w)
+                            value = eager_i * _foldedness(arms, lattice, i, y)
+                            value += eager_j * _foldedness(arms, lattice, j, w) + aside_i * (x - a) + aside_j * (z - c)
                             value -= 0.02 * (abs(x - a) + abs(z - c) - uniform(state))
                             if value > best:
                                 best = value
@@ -163,18 +169,19 @@ def _shut_out(arms, near, lattice, me, other, trig, limits, respect, steps, row,
 
 
 @leaf
-def move_together(arms, near, lattice, pair, i, j, limits, respect, scratch, steps, state):
+def move_together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
     """Put positioners i and j on ways clear of each other and of their neighbours, if there are any.
 
     Args:
         arms: the array.
         near: its neighbour lists.
         lattice: everybody's ways.
-        pair: the number of the pair i, j.
         i: one positioner.
         j: the other.
-        limits: (pairs,) clearance to keep [mm].
+        apart: clearance to keep from each other [mm].
+        limits: (pairs,) clearance to keep from others [mm].
         respect: how much the ways of neighbours count, from 1.5, all of them, to 0, only of those that cannot move.
+        variety: from 0, the way that is folded most, to 1, anything like it.
         scratch: arrays to work in.
         steps: of all ways.
         state: (1,) of the random generator.
@@ -187,7 +194,7 @@ def move_together(arms, near, lattice, pair, i, j, limits, respect, scratch, ste
     link_directions(arms, lattice, j, trig_j)
     _shut_out(arms, near, lattice, i, j, trig_i, limits, respect, steps, scratch.row, scratch.shut, state)
     _shut_out(arms, near, lattice, j, i, trig_j, limits, respect, steps, scratch.row, scratch.shut_other, state)
-    _clear_together(arms, lattice, i, j, limits[pair], trig_i, trig_j, clear)
+    _clear_together(arms, lattice, i, j, apart, trig_i, trig_j, clear)
     if lattice.last[i, 0] >= 0 and lattice.last[j, 0] >= 0:  # the goals are, whatever the limit of the search
         clear[lattice.last[i, 0], lattice.last[i, 1], lattice.last[j, 0]] |= bit(lattice.last[j, 1])
     _stand_at_start(lattice, i, j, steps, reach[0])
@@ -199,7 +206,7 @@ def move_together(arms, near, lattice, pair, i, j, limits, respect, scratch, ste
             return False
     if not _joint_end(lattice, i, j, reach[steps], steps, scratch.end):
         return False
-    _trace_back(arms, lattice, i, j, steps, reach, scratch.end, state)
+    _trace_back(arms, lattice, i, j, steps, reach, scratch.end, variety, state)
     return True
 
 

@@ -21,6 +21,7 @@ EXTENDED = 0.02  # price of a step at full extension; touching costs 1 or more
 TURN = 0.01  # price of a joint's turn by one node
 _HEAVIER = 0.5  # what a pair that still touches weighs more
 _INFLATION = 0.1  # [mm] by which a pair that touches only between steps is kept farther apart, every time
+_JOINT_INFLATION = 0.05  # [mm] the same for a pair that was moved together
 _MOST_INFLATION = 1.5  # [mm]
 _PATIENCE = 8  # replans on account of one pair before it is moved together
 _HELD = 6  # conflicts that one who was moved together survives before being replanned alone
@@ -35,6 +36,7 @@ class Search(NamedTuple):
     contacts: np.ndarray  #: (pairs,) steps in contact
     weight: np.ndarray  #: (pairs,) float32 price of a step in contact
     limits: np.ndarray  #: (pairs,) clearance that ways are searched with [mm]
+    joint_limits: np.ndarray  #: (pairs,) and that joint ways are [mm]
     tries: np.ndarray  #: (pairs,) replans since the pair was last moved together
     joined: np.ndarray  #: (pairs,) how often it was
     needs: np.ndarray  #: (pairs,) steps that it needs alone; 0 unknown, -1 for ever
@@ -93,6 +95,7 @@ def make_search(n: int, pairs: int, limit: float, seed: int) -> Search:
         contacts=np.zeros(pairs, np.int64),
         weight=np.ones(pairs, np.float32),
         limits=np.full(pairs, limit),
+        joint_limits=np.full(pairs, limit),
         tries=np.zeros(pairs, np.int64),
         joined=np.zeros(pairs, np.int64),
         needs=np.zeros(pairs, np.int64),
@@ -152,11 +155,17 @@ def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
     """Move a pair together; returns False if it needs more steps than there are."""
     for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
         search.work[1] += 1
-        if move_together(arms, near, lattice, pair, i, j, search.limits, _RESPECT[n], scratch, steps, search.state):
+        apart, variety = search.joint_limits[pair], min(1.0, 0.2 * search.joined[pair])
+        if move_together(
+            arms, near, lattice, i, j, apart, search.limits, _RESPECT[n], variety, scratch, steps, search.state
+        ):
             search.joined[pair] += 1
             search.held[i] = search.held[j] = _HELD
             _look_around(arms, near, lattice, search, i, limit, steps)
             _look_around(arms, near, lattice, search, j, limit, steps)
+            if search.contacts[pair] > 0:
+                search.joint_limits[pair] += _JOINT_INFLATION
+                search.needs[pair] = 0
             return True
         search.work[2] += 1
     return False
@@ -202,6 +211,6 @@ def needed_past_fixed(arms, near, lattice, who, scratch, limit, most):
 
 
 @kernel
-def needed_alone(arms, lattice, pairs, search, scratch, pair, limit, most):
+def needed_alone(arms, lattice, pairs, search, scratch, pair, most):
     """Steps that a pair needs if nobody else were there, at most `most` + 1; -1 for ever."""
-    return steps_alone(arms, lattice, pairs[pair, 0], pairs[pair, 1], limit, scratch, most)
+    return steps_alone(arms, lattice, pairs[pair, 0], pairs[pair, 1], search.joint_limits[pair], scratch, most)

@@ -137,9 +137,7 @@ class DirectSearch:
 
     def _lengthen_for(self, pair: int) -> None:
         """Find how many steps a pair needs that cannot be moved together; give up one of its goals if too many."""
-        need = needed_alone(
-            self._arms, self.lattice, self.pairs, self.search, self._scratch, pair, self.limit, self._most_steps
-        )
+        need = needed_alone(self._arms, self.lattice, self.pairs, self.search, self._scratch, pair, self._most_steps)
         if need < 0 or need > self._most_steps:
             self._give_up_for(pair)
         else:

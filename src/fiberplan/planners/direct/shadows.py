@@ -29,7 +29,7 @@ def holds(bits, b):
 
 @leaf
 def link_directions(arms, lattice, i, trig):
-    """Cosine and sine of the links of positioner i at its nodes: trig[a, 0] of the first, trig[a, 1 + b] of the other."""
+    """Cosine and sine of the links of positioner i at its nodes: trig[a, 0] of link 1, trig[a, 1 + b] of link 2."""
     arm = arms.arm[i]
     for a in range(lattice.size[i, 0]):
         first = lattice.alpha[i, a] + arm.alpha_zero
