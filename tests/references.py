@@ -7,6 +7,7 @@ import shapely
 
 from fiberplan.bodies import Body, Obstacle
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.four_bar import FourBar
 from fiberplan.trajectory import Trajectory
 
 
@@ -34,8 +35,30 @@ def links(plane, i, angles):
     return elbow, first, second
 
 
+def four_bar_joints(plane, i, angles):
+    """J1 (scalar), J2, J3, J4 (t,) of a four-bar arm at `angles` (t, 2), as complex numbers in the focal plane."""
+    bar, (t1, t2) = plane.four_bar, (angles + plane.zero[i]).T
+    x = np.exp(1j * bar.orientation[i])
+    j1 = complex(*plane.base[i])
+    j2 = j1 + bar.spacing[i] * x
+    return j1, j2, j1 + plane.length[i] * np.exp(1j * t1) * x, j2 - bar.rocker[i] * np.exp(-1j * t2) * x
+
+
+def four_bar_placed(plane, i, body, angles):
+    """Points (t, k, 2) of a four-bar arm's body at `angles` (t, 2)."""
+    j1, j2, j3, j4 = four_bar_joints(plane, i, angles)
+    points = (body.points[i] if body.points.ndim == 3 else body.points) @ np.array([1, 1j])
+    one = np.ones(len(angles))
+    origin = {"base": j1 * one, "alpha": j1 * one, "beta": j3, "rocker": j2 * one}[body.link]
+    along = {"base": one, "alpha": j3 - j1, "beta": j4 - j3, "rocker": j4 - j2}[body.link]
+    found = origin[:, None] + (along / np.abs(along))[:, None] * points
+    return np.stack([found.real, found.imag], axis=2)
+
+
 def placed(plane, i, body, angles):
     """Points (t, k, 2) of a positioner's body at `angles` (t, 2)."""
+    if plane.four_bar is not None:
+        return four_bar_placed(plane, i, body, angles)
     points = body.points[i] if body.points.ndim == 3 else body.points
     elbow, first, second = links(plane, i, angles)
     origin = elbow if body.link == "beta" else np.broadcast_to(plane.base[i], elbow.shape)
@@ -146,6 +169,37 @@ def make_plane(base, bodies, obstacles=(), length=5.0, max_speed=2.0, **others):
         "obstacles": tuple(obstacles),
     }
     return FocalPlane(**(fields | others))
+
+
+def four_bar_plane(rng, n=3, shortest=(2.0, 8.0), longest=(25.0, 60.0), **others):
+    """Four-bar arms of random lengths near each other, bodies on every link, two heights, and an obstacle."""
+    bodies = (
+        Body(np.array([[-3.0, 0.0], [30.0, 0.5]]), 1.0, "beta", category="high", meets=("high",), name="probe"),
+        Body(rng.normal(0, 4, (n, 3, 2)), rng.uniform(0.2, 1.5, n), "rocker", category="low", meets=("low", "high")),
+        Body(STAR, 0.3, "alpha", closed=True, category="low", meets=("low",), name="star"),
+        Body(np.array([[2.0, 1.0]]), 1.0, "base", category="low", meets=("low",), name="foot"),
+    )
+    bar = FourBar(
+        spacing=rng.uniform(8, 25, n),
+        rocker=rng.uniform(4, 15, n),
+        shortest=rng.uniform(*shortest, n),
+        longest=rng.uniform(*longest, n),
+        orientation=rng.uniform(-4, 4, n),
+    )
+    length, zero = rng.uniform(4, 15, n), rng.uniform(-1, 1, (n, 2))
+    folded = np.zeros((n, 2))
+    for i in range(n):  # any configuration whose slider is well in range
+        for k in itertools.count():
+            folded[i] = np.random.default_rng(k).uniform(0, 2 * np.pi, 2)
+            slider = bar.sliders(length, folded, zero)[i]
+            if bar.shortest[i] + 1 < slider < bar.longest[i] - 1:
+                break
+            if k > 500:
+                raise ValueError("no configuration outside the zone of avoidance")
+    base = rng.uniform(-20, 20, (n, 2))
+    post = Obstacle("post", rng.uniform(-30, 30, (1, 2)), 1.0)
+    fields = {"folded": folded, "zero": zero, "four_bar": bar, "fiber_offsets": {"tip": np.array([30.0, 0.5])}}
+    return make_plane(base, bodies, (post,), length=length, **(fields | others))
 
 
 def motion_of(*knots):

@@ -20,7 +20,7 @@ def test_frames_are_the_direct_formula():
     plane = varied_plane(rng)
     for _ in range(50):
         i, (alpha, beta) = rng.integers(plane.n), rng.uniform(-9, 9, 2)
-        bx, by, ex, ey, c1, s1, c2, s2 = frame(plane.arms, i, alpha, beta)
+        bx, by, ex, ey, c1, s1, c2, s2, *_ = frame(plane.arms, i, alpha, beta)
         elbow, first, second = links(plane, i, np.array([[alpha, beta]]))
         np.testing.assert_allclose([bx, by, ex, ey], [*plane.base[i], *elbow[0]], atol=1e-13)
         expected = np.concatenate([np.cos(first), np.sin(first), np.cos(second), np.sin(second)])

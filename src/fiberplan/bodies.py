@@ -13,7 +13,7 @@ from fiberplan.errors import InstrumentError
 from fiberplan.kernels.segments import segment_to_segment, segments_cross
 
 ARM = "arm"
-LINKS = {"base": 0, "alpha": 1, "beta": 2}
+LINKS = {"base": 0, "alpha": 1, "beta": 2, "rocker": 3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Body:
 
     points: np.ndarray  #: (k, 2) shared by all positioners or (n, k, 2), in the frame of the link [mm]
     radius: float | np.ndarray  #: rounding, shared or (n,) [mm]
-    link: str = "beta"  #: "base", "alpha" (origin at the base) or "beta" (origin at the elbow)
+    link: str = "beta"  #: "base", "alpha" (origin at the base), "beta" (at the elbow) or a four-bar arm's "rocker"
     closed: bool = False  #: a filled outline rather than a line
     category: str = ARM
     meets: tuple[str, ...] | None = (ARM,)  #: None meets everything

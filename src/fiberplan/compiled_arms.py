@@ -7,7 +7,8 @@ import numpy as np
 from fiberplan.arrays import read_only
 from fiberplan.bodies import LINKS, Body, Obstacle
 from fiberplan.errors import InstrumentError
-from fiberplan.kernels.arms import ARM, PIECE, Arms
+from fiberplan.four_bar import FourBar
+from fiberplan.kernels.arms import ARM, BAR, PIECE, Arms
 
 if TYPE_CHECKING:
     from fiberplan.focal_plane import FocalPlane
@@ -41,6 +42,12 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
     arm = np.zeros(count, ARM)
     arm["x"][:n], arm["y"][:n], arm["length"][:n] = *plane.base.T, plane.length
     arm["alpha_zero"][:n], arm["beta_zero"][:n] = plane.zero.T
+    arm["bar"] = -1
+    bar = np.zeros(n if plane.four_bar else 0, BAR)
+    if plane.four_bar is not None:
+        _fill_bars(plane, plane.four_bar, bar)
+        arm["bar"][:n] = np.arange(n)
+        arm["alpha_zero"][:n] += plane.four_bar.orientation
     shared = [b.pieces(0) if b.points.ndim == 2 else None for b in plane.bodies]
     extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in plane.bodies]
     radii = [np.broadcast_to(b.radius, (n,)) for b in plane.bodies]
@@ -49,7 +56,11 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
         name = {"alpha": "reach_alpha", "beta": "reach_beta"}.get(body.link)
         if name is not None:
             arm[name][:n] = np.maximum(arm[name][:n], extent)
-        reach = np.maximum(reach, extent + body.radius + (plane.length if body.link == "beta" else 0.0))
+        origin = plane.length if body.link == "beta" else np.zeros(n)
+        if body.link == "rocker":
+            bar["reach"] = np.maximum(bar["reach"], extent)
+            origin = bar["spacing"]
+        reach = np.maximum(reach, extent + body.radius + origin)
     for i in range(n):
         arm["first_piece"][i] = len(pieces)
         for body, shape, thickness in zip(plane.bodies, shared, radii, strict=True):
@@ -63,8 +74,17 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
         arm=read_only(arm, ARM),
         piece=read_only(np.array(pieces, PIECE), PIECE),
         vertices=read_only(np.concatenate(vertices) if vertices else np.empty((0, 2))),
+        bar=read_only(bar, BAR),
     )
     return arms, read_only(reach)
+
+
+def _fill_bars(plane: "FocalPlane", four_bar: FourBar, bar: np.ndarray) -> None:
+    """Four-bar constants of every positioner, but for the reach of bodies on the rocker."""
+    pivot, turn = four_bar.rockers(plane.base, np.zeros((plane.n, 2)), plane.zero)
+    bar["x"], bar["y"] = pivot.T
+    bar["spacing"], bar["length"], bar["turn"] = four_bar.spacing, four_bar.rocker, turn
+    bar["shortest"], bar["longest"] = four_bar.shortest, four_bar.longest
 
 
 def _categories(plane: "FocalPlane") -> list[str]:

@@ -11,8 +11,11 @@ def random_configuration(plane: FocalPlane, rng: np.random.Generator, who: np.nd
     """Angles (len(who), 2) [rad] whose fibers are uniform over each patrol annulus, as far as the joint ranges allow.
 
     Alpha is uniform over its range (at most one turn), and beta such that equal areas are equally likely: the squared
-    distance of the fiber from the base is uniform in cos(beta).
+    distance of the fiber from the base is uniform in cos(beta). Angles of four-bar arms are uniform over their joint
+    ranges, outside the zone of avoidance and with the tip in the field.
     """
+    if plane.four_bar is not None:
+        return _random_bars(plane, rng, who)
     turn = 2 * np.pi  # of a range without ends, one turn each way from folded
     low = np.maximum(plane.lower[who], plane.folded[who] - turn)
     high = np.minimum(plane.upper[who], plane.folded[who] + turn)
@@ -24,6 +27,17 @@ def random_configuration(plane: FocalPlane, rng: np.random.Generator, who: np.nd
     turns = np.floor(draw / 2.0)
     beta = turns * np.pi + np.arccos(np.clip(1.0 - (draw - 2.0 * turns), -1.0, 1.0)) - bend
     return np.stack([alpha, np.clip(beta, low[:, 1], high[:, 1])], axis=1)
+
+
+def _random_bars(plane: FocalPlane, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
+    """Angles (len(who), 2) [rad] of four-bar arms, drawn again until they may be taken."""
+    drawn, missing = np.array(plane.folded), who
+    while len(missing):
+        low, high = plane.lower[missing], plane.upper[missing]
+        drawn[missing] = low + rng.random((len(missing), 2)) * (high - low)
+        bad = plane.in_avoidance(drawn) | (np.hypot(*plane.fibers(drawn).T) > plane.field_radius)
+        missing = missing[bad[missing]]
+    return drawn[who]
 
 
 def _abs_sin_integral(x: np.ndarray) -> np.ndarray:

@@ -2,7 +2,8 @@
 
 A positioner turns alpha about its base and beta about its elbow; beta is measured from the alpha link, so pi is folded.
 Angles here are commanded ones: geometry adds each positioner's zero offsets (and the rotation of its frame, which is
-part of them). Lengths in mm, angles in rad, times in s.
+part of them). Lengths in mm, angles in rad, times in s. Arms of four bars (`fiberplan.four_bar`) have the same two
+commanded angles, which their papers call theta1 and theta2.
 """
 
 import dataclasses
@@ -18,7 +19,8 @@ from fiberplan.arrays import read_only
 from fiberplan.bodies import Body, Obstacle
 from fiberplan.compiled_arms import compile_arms
 from fiberplan.errors import InstrumentError
-from fiberplan.kernels.arms import Arms
+from fiberplan.four_bar import FourBar
+from fiberplan.kernels.arms import ZONE_TOLERANCE, Arms
 from fiberplan.kernels.clearance import clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
 
@@ -31,7 +33,7 @@ class FocalPlane:
 
     Raises:
         InstrumentError: a duplicate id, a value that is not finite, a reversed joint range, a speed that is not
-            positive, or a folded state outside its range; the message names the positioner.
+            positive, or a folded state outside its range or in the zone of avoidance; the message names the positioner.
     """
 
     ids: tuple[str, ...]
@@ -49,6 +51,8 @@ class FocalPlane:
     name: str = "unnamed"
     pair_margin: float = 5.0  #: pairs that could come within this of each other are neighbours [mm]
     notes: tuple[str, ...] = field(default=())  #: assumptions and sources worth printing beside a plan
+    four_bar: FourBar | None = None  #: the third link, where positioners are four-bar arms; None: two links
+    field_radius: float = np.inf  #: targets lie this close to the origin [mm]
 
     def __post_init__(self) -> None:
         n = len(self.ids)
@@ -93,6 +97,18 @@ class FocalPlane:
         self._refuse(~(np.isfinite(self.max_speed) & (self.max_speed > 0)), "max_speed", "is not a positive speed")
         outside = ~((self.folded >= self.lower) & (self.folded <= self.upper))
         self._refuse(outside, "folded", "lies outside the joint's range")
+        if not self.field_radius > 0:
+            raise InstrumentError(f"{self.name}: field_radius {self.field_radius:g} mm is not a positive length")
+        if self.four_bar is None:
+            if any(body.link == "rocker" for body in self.bodies):
+                raise InstrumentError(f"{self.name}: a body rides on the rocker, but these positioners have two links")
+            return
+        if len(self.four_bar.spacing) != self.n:
+            raise InstrumentError(f"{self.name}: four-bar values of {len(self.four_bar.spacing)} arms, not {self.n}")
+        inside = self.in_avoidance(self.folded)
+        if inside.any():
+            i = int(np.argmax(inside))
+            raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': folded: {self.avoidance(i, self.folded)}")
 
     def _refuse(self, bad: np.ndarray, name: str, complaint: str, values: np.ndarray | None = None) -> None:
         """Raise for the first True of `bad`, naming its positioner and value."""
@@ -129,11 +145,17 @@ class FocalPlane:
     def links(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions of both links (n,) [rad] at commanded `angles` (n, 2) [rad]."""
         first = angles[:, 0] + self.zero[:, 0]
+        if self.four_bar is not None:
+            first = first + self.four_bar.orientation
+            pivot, turn = self.four_bar.rockers(self.base, angles, self.zero)
+            along = pivot + self.four_bar.rocker[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+            along -= self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
+            return first, np.arctan2(along[:, 1], along[:, 0])
         return first, first + angles[:, 1] + self.zero[:, 1]
 
     def elbows(self, angles: np.ndarray) -> np.ndarray:
         """Elbow positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]."""
-        first, _ = self.links(angles)
+        first = angles[:, 0] + self.zero[:, 0] + (0.0 if self.four_bar is None else self.four_bar.orientation)
         return self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
 
     def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
@@ -149,6 +171,29 @@ class FocalPlane:
         c, s = np.cos(second), np.sin(second)
         turned = np.stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1)
         return self.elbows(angles) + turned
+
+    def sliders(self, angles: np.ndarray) -> np.ndarray:
+        """Slider lengths (n,) [mm] of four-bar arms at commanded `angles` (n, 2) [rad]; infinite for two links."""
+        if self.four_bar is None:
+            return np.full(self.n, np.inf)
+        return self.four_bar.sliders(self.length, angles, self.zero)
+
+    def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
+        """(n,) whether commanded `angles` (n, 2) [rad] lie in the zone of avoidance; NaN rows do not."""
+        if self.four_bar is None:
+            return np.zeros(self.n, bool)
+        slider, slack = self.sliders(angles), ZONE_TOLERANCE
+        return (slider < self.four_bar.shortest - slack) | (slider > self.four_bar.longest + slack)
+
+    def avoidance(self, i: int, angles: np.ndarray) -> str:
+        """What is wrong with positioner `i`, whose commanded angles (n, 2) [rad] lie in its zone of avoidance."""
+        assert self.four_bar is not None
+        theta = ", ".join(f"{np.degrees(t):.6g}" for t in angles[i])
+        low, high = self.four_bar.shortest[i], self.four_bar.longest[i]
+        return (
+            f"theta1, theta2 {theta} deg are in the zone of avoidance: "
+            f"slider {self.sliders(angles)[i]:.6g} mm is outside {low:.6g} to {high:.6g} mm"
+        )
 
     @cached_property
     def arms(self) -> Arms:

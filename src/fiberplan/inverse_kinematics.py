@@ -3,15 +3,17 @@
 With d the distance from base to point, l the first link and r the fiber's distance from the elbow, the angle between
 the two directions is ``gamma = +-2 atan2(sqrt((l + r)^2 - d^2), sqrt(d^2 - (l - r)^2))``: the half-angle form of the
 law of cosines, accurate at both edges of the annulus. Positive gamma is the right elbow (beta > 0), negative the
-left one.
+left one. Arms of four bars: `fiberplan.four_bar_inverse`.
 """
 
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.four_bar_inverse import candidates
 
 TURN = 2 * np.pi
 TOLERANCE = 1e-6  #: a point this far outside the annulus is on its edge [mm]
+ANGLE_TOLERANCE = 1e-9  #: a four-bar arm's angle this far outside its range is at its end [rad]
 
 
 def reach(plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -34,6 +36,8 @@ def solutions(
         offset: (m, 2) of the fiber in the beta link's frame [mm].
         parity: (m,) +1 right elbow only, -1 left only, 0 either.
     """
+    if plane.four_bar is not None:
+        return _four_bar_solutions(plane, who, points, offset)
     gamma = _bend(plane, who, points, offset)
     both = np.stack([gamma, -gamma], axis=1)  # (m, 2)
     same = (gamma < 1e-12) | (gamma > np.pi - 1e-12)  # straight or folded back: one solution under two names
@@ -58,6 +62,20 @@ def solutions(
     angles = np.where((allowed[:, :, None, None] & np.isfinite(angles).all(axis=-1))[..., None], angles, np.nan)
     left = np.broadcast_to(np.arange(2)[None, :, None, None], shape).reshape(len(who), np.prod(shape[1:]))
     return _quickest_first(plane, who, angles.reshape(*left.shape, 2), left)
+
+
+def _four_bar_solutions(plane: FocalPlane, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """The same for four-bar arms, whose solutions have no parity."""
+    found = candidates(plane, who, points, offset)  # (m, 4, 2)
+    slack = np.full(len(who), ANGLE_TOLERANCE)
+    alphas = _turns(found[..., 0], plane.lower[who, 0], plane.upper[who, 0], slack)
+    betas = _turns(found[..., 1], plane.lower[who, 1], plane.upper[who, 1], slack)
+    shape = (len(who), 4, alphas.shape[2], betas.shape[2])
+    angles = np.stack(
+        [np.broadcast_to(alphas[:, :, :, None], shape), np.broadcast_to(betas[:, :, None, :], shape)], axis=-1
+    )
+    angles = np.where(np.isfinite(angles).all(axis=-1, keepdims=True), angles, np.nan).reshape(len(who), -1, 2)
+    return _quickest_first(plane, who, angles, np.broadcast_to(np.arange(angles.shape[1]), angles.shape[:2]))
 
 
 def _bend(plane: FocalPlane, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:

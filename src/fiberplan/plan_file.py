@@ -1,4 +1,4 @@
-"""Plans as FITS files, format 1 (the columns are listed in ``docs/plan-format.md``).
+"""Plans as FITS files, format 2 (the columns are listed in ``docs/plan-format.md``).
 
 A file holds all that is needed to check and rebuild a plan: the focal plane, knots, problem, the certificate as it was
 when written, and what remains as one JSON string, because FITS header floats lose bits. A SHA-256 over the tables tells
@@ -20,7 +20,7 @@ from fiberplan.fits_tables import open_fits
 from fiberplan.plan import Plan
 from fiberplan.plan_tables import certificate_from_tables, plan_from_tables, plan_hdus
 
-FORMAT = 1
+FORMAT = 2
 
 
 def write_plan(plan: Plan, path: str | os.PathLike) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from astropy.io import fits
 
 from fiberplan.arrays import read_only
-from fiberplan.certificates import Certificate, Contact
+from fiberplan.certificates import Certificate, Contact, ZoneEntry
 from fiberplan.errors import PlanError
 from fiberplan.fits_tables import numbers, pick, table_hdu, texts
 from fiberplan.instruments.tables import plane_from_tables, plane_hdus
@@ -112,6 +112,9 @@ def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
         undecided=contacts("undecided"),
         violations=tuple(text[k] for k in np.flatnonzero(kind == "violation")),
         resting=contacts("resting"),
+        zones=tuple(
+            ZoneEntry(int(pair[k, 0]), float(time[k]), float(clearance[k])) for k in np.flatnonzero(kind == "zone")
+        ),
     )
 
 
@@ -189,6 +192,10 @@ def _proof_table(proof: Certificate) -> fits.BinTableHDU:
         pairs.append(np.array([c.pair for c in contacts], np.int64).reshape(-1, 2))
         times.append(np.array([c.time for c in contacts], float))
         clearance.append(np.array([c.clearance for c in contacts], float))
+    kinds += ["zone"] * len(proof.zones)
+    pairs.append(np.array([(zone.positioner, -1) for zone in proof.zones], np.int64).reshape(-1, 2))
+    times.append(np.array([zone.time for zone in proof.zones], float))
+    clearance.append(np.array([zone.slider for zone in proof.zones], float))
     sentences = [""] * len(kinds) + list(proof.violations)
     count = len(proof.violations)
     both = np.concatenate([*pairs, np.full((count, 2), -1)])

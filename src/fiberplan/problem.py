@@ -37,8 +37,8 @@ class Problem:
     and `requested` has what was asked for.
 
     Raises:
-        ProblemError: shapes or values that make no sense; a start in contact or outside its range; with
-            ``conflicts="raise"`` a goal in contact or outside its range. The message names positioners and values.
+        ProblemError: shapes or values that make no sense; a start in contact, outside its range or in its zone of avoidance;
+            with ``conflicts="raise"`` a goal of that kind. The message names positioners and values.
     """
 
     plane: FocalPlane
@@ -143,10 +143,14 @@ class Problem:
         return f"obstacle '{self.plane.obstacles[arm - self.n].name}'"
 
     def _out_of_range(self, angles: np.ndarray) -> dict[int, str]:
-        """Positioner -> complaint, for angles outside the joint ranges (NaN rows are not)."""
+        """Positioner -> complaint, for angles outside the joint ranges or in a zone of avoidance (NaN rows are not)."""
         plane = self.plane
+        zones = {
+            i: f"{self._name(i)}: {plane.avoidance(i, angles)}"
+            for i in map(int, np.flatnonzero(plane.in_avoidance(angles)))
+        }
         outside = np.argwhere((angles < plane.lower - 1e-9) | (angles > plane.upper + 1e-9))
-        return {
+        return zones | {
             int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {np.degrees(angles[i, k]):.6g} deg is outside "
             f"{np.degrees(plane.lower[i, k]):.6g} to {np.degrees(plane.upper[i, k]):.6g} deg"
             for i, k in outside[::-1]

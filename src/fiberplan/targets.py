@@ -192,7 +192,10 @@ class Targets:
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
+        if plane.four_bar is not None and np.any(self.parity):
+            raise self._fail(int(np.argmax(self.parity != 0)), "parity is given, but four-bar arms have none")
         found = solutions(plane, who, points, offset, self.parity)
+        found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
         found[self.commanded] = np.nan
         found[self.commanded, 0] = self.angles[self.commanded]
         most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
@@ -207,9 +210,17 @@ class Targets:
 
     def _why_unreachable(self, plane: FocalPlane, row: int, who: np.ndarray, offset: np.ndarray) -> str:
         i = who[row]
+        from_middle = float(np.hypot(self.x[row], self.y[row]))
+        if from_middle > plane.field_radius:
+            return (
+                f"its target in {self.rows[row]} is {from_middle:.3f} mm from the middle, "
+                f"outside the field of radius {plane.field_radius:g} mm"
+            )
         distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
         inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
         text = f"its target in {self.rows[row]} is {distance:.3f} mm from its base, reach {inner:.3f} to {outer:.3f} mm"
+        if plane.four_bar is not None:
+            return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
         if inner <= distance <= outer:
             text += ", but no elbow solution that is allowed lies within its joint ranges"
         return text

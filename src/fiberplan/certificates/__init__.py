@@ -1,5 +1,5 @@
 """Proofs of safety that know nothing of planners."""
 
-from fiberplan.certificates.verify import Certificate, Contact, verify
+from fiberplan.certificates.verify import Certificate, Contact, ZoneEntry, verify
 
-__all__ = ["Certificate", "Contact", "verify"]
+__all__ = ["Certificate", "Contact", "ZoneEntry", "verify"]

@@ -5,14 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.arms import motion
-from fiberplan.kernels.compile import leaf
+from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.four_bar import leaves_range
 
 KNOT = np.dtype(
     [
         ("time", "f8"),  # [s]
         ("alpha", "f8"),  # [rad]
         ("beta", "f8"),
-        ("travelled", "f8"),  # motion bound since the first knot [mm]
+        ("travelled", "f8"),  # motion bound since the first knot [mm]; inf past a zone of avoidance
         ("speed", "f8"),  # largest speed of any body point until the next knot [mm/s]
     ],
     align=True,
@@ -29,13 +30,39 @@ class Motion(NamedTuple):
 
 @leaf
 def measure(arms, offsets, knots):
-    """Fill in how far each positioner has travelled at each knot, and its speed until the next."""
+    """Fill in how far each positioner has travelled at each knot, and its speed until the next.
+
+    Both are infinite from where a four-bar arm enters its zone of avoidance, since no bound is known there.
+    """
     for i in range(len(offsets) - 1):
         for k in range(offsets[i], offsets[i + 1] - 1):
             here, after = knots[k], knots[k + 1]
-            step = motion(arms, i, after.alpha - here.alpha, after.beta - here.beta)
+            da, db = after.alpha - here.alpha, after.beta - here.beta
+            step = motion(arms, i, da, db)
+            if arms.arm[i].bar >= 0 and not np.isnan(leaves_range(arms, i, here.alpha, here.beta, da, db)[0]):
+                step = np.inf
             after.travelled = here.travelled + step
             here.speed = step / (after.time - here.time)
+
+
+@kernel
+def zone_entries(arms, offsets, knots):
+    """When each positioner is first not shown to be outside its zone of avoidance (NaN: never), and its slider then.
+
+    Returns:
+        (n, 2) [s, mm].
+    """
+    n = len(offsets) - 1
+    out = np.full((n, 2), np.nan)
+    for i in range(n):
+        for k in range(offsets[i], offsets[i + 1]):
+            here, after = knots[k], knots[min(k + 1, offsets[i + 1] - 1)]
+            da, db = after.alpha - here.alpha, after.beta - here.beta
+            part, length = leaves_range(arms, i, here.alpha, here.beta, da, db)
+            if not np.isnan(part):
+                out[i, 0], out[i, 1] = here.time + part * (after.time - here.time), length
+                break
+    return out
 
 
 @leaf
@@ -63,7 +90,9 @@ def state(path, i, t):
     after = path.knots[k + 1]
     span, dt = after.time - here.time, t - here.time
     va, vb = (after.alpha - here.alpha) / span, (after.beta - here.beta) / span
-    far = here.travelled + (after.travelled - here.travelled) * (dt / span)
+    far = here.travelled
+    if dt > 0.0:  # what follows may be infinite
+        far += (after.travelled - far) * (dt / span)
     return here.alpha + va * dt, here.beta + vb * dt, va, vb, far
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from fiberplan.arrays import read_only
 from fiberplan.certificates.bisection import judge
-from fiberplan.certificates.path import KNOT, Motion, measure
+from fiberplan.certificates.path import KNOT, Motion, measure, zone_entries
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.trajectory import Trajectory
@@ -20,6 +20,7 @@ TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] .
 CAP = 2.0  #: ... for pairs that come within this of the margin [mm]; for others it is only known to be larger
 RANGE_TOLERANCE = 1e-9  #: [rad]
 SPEED_TOLERANCE = 1e-9  #: relative
+_EVERYONE = 1e6  # [mm] everything is within this of everything, even of an arm whose speed has no bound
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,15 @@ class Contact:
     pair: tuple[int, int]  #: positioners; -1 - k is obstacle k
     time: float  #: of first crossing [s]
     clearance: float  #: smallest seen [mm], less what jitter and position errors can take
+
+
+@dataclass(frozen=True)
+class ZoneEntry:
+    """A four-bar arm that enters its zone of avoidance, or could not be shown to stay out of it."""
+
+    positioner: int
+    time: float  #: from which it was not shown to stay out [s]
+    slider: float  #: its length then [mm]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +56,12 @@ class Certificate:
     undecided: tuple[Contact, ...] = ()  #: pairs neither shown safe nor shown to touch; they count as unsafe
     violations: tuple[str, ...] = ()  #: ranges, speeds, offline positioners that move
     resting: tuple[Contact, ...] = field(default=())  #: contacts of two that cannot move: reported, not a failure
+    zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
 
     @property
     def ok(self) -> bool:
         """Whether the motion is proven safe."""
-        return not (self.contacts or self.undecided or self.violations)
+        return not (self.contacts or self.undecided or self.violations or self.zones)
 
     @property
     def smallest(self) -> float:
@@ -67,7 +78,7 @@ class Certificate:
             )
             return f"safe: {proven} (margin {self.margin:g} mm, {count} pairs)"
         parts = [(len(self.contacts), "contacts"), (len(self.undecided), "undecided pairs")]
-        parts.append((len(self.violations), "violations"))
+        parts += [(len(self.violations), "violations"), (len(self.zones), "zones of avoidance entered")]
         return "not safe: " + ", ".join(f"{number} {what}" for number, what in parts if number)
 
 
@@ -78,7 +89,7 @@ def verify(
     jitter: float = 0.0,
     position_error: float | np.ndarray = 0.0,
 ) -> Certificate:
-    """Prove that a motion keeps its distance, ranges and speeds, or say where it does not.
+    """Prove that a motion keeps its distance, ranges and speeds and avoids what it must, or say where it does not.
 
     Args:
         plane: whose bodies move, and among which obstacles.
@@ -100,7 +111,8 @@ def verify(
     if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
     path = _as_motion(plane, trajectory)
-    widest = margin + 2.0 * (float(error.max(initial=0.0)) + jitter * float(path.knots["speed"].max()))
+    drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
+    widest = margin + 2.0 * (float(error.max(initial=0.0)) + min(drift, _EVERYONE))
     pairs = plane.arm_pairs_within(widest + 1e-6)
     errors = read_only(np.concatenate([error, np.zeros(len(plane.obstacles))]))
     low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
@@ -129,6 +141,7 @@ def verify(
         undecided=_by_time(undecided),
         violations=tuple(_violations(plane, trajectory)),
         resting=_by_time(resting),
+        zones=_zones(plane, path),
     )
 
 
@@ -137,6 +150,18 @@ def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
     knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
     measure(plane.arms, trajectory.offsets, knots)
     return Motion(trajectory.offsets, read_only(knots, KNOT), trajectory.duration)
+
+
+def _zones(plane: FocalPlane, path: Motion) -> tuple[ZoneEntry, ...]:
+    """Online positioners that are not shown to stay out of their zone of avoidance, by time."""
+    if plane.four_bar is None:
+        return ()
+    found = [
+        ZoneEntry(i, float(time), float(length))
+        for i, (time, length) in enumerate(zone_entries(plane.arms, path.offsets, path.knots))
+        if plane.online[i] and not np.isnan(time)
+    ]
+    return tuple(sorted(found, key=lambda entry: (entry.time, entry.positioner)))
 
 
 def _by_time(contacts: list[Contact]) -> tuple[Contact, ...]:

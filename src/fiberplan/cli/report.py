@@ -25,7 +25,7 @@ def lost_targets(plan: "Plan") -> Iterator[str]:
 
 
 def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
-    """One line for each contact, undecided pair and violation, then for what touches at rest."""
+    """A line for each contact, undecided pair, zone of avoidance entered and violation, then for what touches at rest."""
     for what, contacts in (
         ("contact", certificate.contacts),
         ("undecided", certificate.undecided),
@@ -33,6 +33,8 @@ def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
     ):
         for contact in contacts:
             yield f"{what}: {_contact(plane, contact)}"
+    for zone in certificate.zones:
+        yield f"zone of avoidance: {plane.ids[zone.positioner]} at {zone.time:.3f} s, slider {zone.slider:.4f} mm"
     for violation in certificate.violations:
         yield f"violation: {violation}"
 

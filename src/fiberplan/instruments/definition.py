@@ -1,7 +1,8 @@
 """Instruments written by hand: a TOML file of nominal values, each with its source beside it.
 
-Lengths are in mm, angles in degrees, speeds in deg/s. The file describes a hexagonal grid of equal positioners, the
-holes that hold something else, and what stands fixed; anything it does not know is refused by name.
+Lengths are in mm, angles in degrees, speeds in deg/s. The file describes a hexagonal grid of equal positioners, or
+four-bar arms on a ring, the holes that hold something else, and what stands fixed; anything it does not know is refused
+by name.
 """
 
 import os
@@ -15,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, mode
 from fiberplan.bodies import ARM, Body, Obstacle
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane, hexagonal_grid
+from fiberplan.four_bar import FourBar
 from fiberplan.table_reader import nearest, one_line, read_text
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -38,11 +40,44 @@ class Grid(_Part):
     pitch: Positive  #: [mm]
     empty: list[str] = []  #: holes with nothing in them
 
+    def places(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Ids and positions (n, 2) [mm]."""
+        return hexagonal_grid(self.rings, self.pitch)
+
+
+class Ring(_Part):
+    """Where four-bar arms stand: evenly on a circle, each with its x axis towards the middle."""
+
+    kind: Literal["ring"]
+    count: Annotated[int, Field(ge=1, le=1000)]
+    radius: Positive  #: of the circle of J1 [mm]
+    empty: list[str] = []
+
+    def places(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Ids A1, A2, ... counter-clockwise from the x axis, and positions (n, 2) [mm]."""
+        turn = 2 * np.pi * np.arange(self.count) / self.count
+        return tuple(f"A{k + 1}" for k in range(self.count)), self.radius * np.stack([np.cos(turn), np.sin(turn)], 1)
+
 
 class Arm(_Part):
     """The first link."""
 
-    length: Length  #: base to elbow [mm]
+    length: Length  #: base to elbow, d13 of a four-bar arm [mm]
+
+
+class Slider(_Part):
+    """How long the slider of a four-bar arm may be: outside is the zone of avoidance."""
+
+    shortest: Positive  #: [mm]
+    longest: Positive  #: [mm]
+
+
+class FourBarPart(_Part):
+    """What a four-bar arm has beyond its first link and its fiber, the tip."""
+
+    spacing: Positive  #: J1 to J2, d12 [mm]
+    rocker: Positive  #: J2 to J4, d24 [mm]
+    slider: Slider
 
 
 class Joint(_Part):
@@ -74,7 +109,7 @@ class BodyPart(_Part):
     """What can touch, on a link of every positioner."""
 
     name: str = ARM
-    link: Literal["base", "alpha", "beta"] = "beta"
+    link: Literal["base", "alpha", "beta", "rocker"] = "beta"
     points: Points  #: in the link's frame [mm]
     radius: Length  #: [mm]
     closed: bool = False
@@ -131,13 +166,21 @@ class Definition(_Part):
     name: str
     title: str = ""
     sources: list[str] = []  #: where the numbers come from; printed beside plans
-    grid: Grid
+    grid: Annotated[Grid | Ring, Field(discriminator="kind")]
     arm: Arm
+    four_bar: FourBarPart | None = None
+    field_radius: Positive | None = None  #: targets lie this close to the middle [mm]
     fibers: Annotated[dict[str, Point], Field(min_length=1)]  #: in the beta link's frame [mm]; the first is the default
     joints: Joints
     bodies: list[BodyPart] = []
     fiducials: Fiducials | None = None
     obstacles: list[ObstaclePart] = []
+
+    @model_validator(mode="after")
+    def _ring_of_bars(self) -> Self:
+        if (self.four_bar is None) != isinstance(self.grid, Grid):
+            raise ValueError("four_bar arms stand on a grid of kind 'ring', and only they do")
+        return self
 
     def plane(self) -> FocalPlane:
         """The focal plane this describes.
@@ -146,7 +189,7 @@ class Definition(_Part):
             InstrumentError: a hole that the grid does not have or that is used twice, or values that make no focal
                 plane.
         """
-        ids, base = hexagonal_grid(self.grid.rings, self.grid.pitch)
+        ids, base = self.grid.places()
         where = dict(zip(ids, base, strict=True))
         fiducials = self.fiducials or Fiducials(radius=0.0)
         taken: set[str] = set()
@@ -192,8 +235,19 @@ class Definition(_Part):
                 for o in self.obstacles
             ),
             name=self.name,
+            four_bar=self._four_bar(np.array([where[id_] for id_ in kept]).reshape(-1, 2)),
+            field_radius=self.field_radius or np.inf,
             notes=(*([self.title] if self.title else []), *self.sources),
         )
+
+    def _four_bar(self, base: np.ndarray) -> FourBar | None:
+        """Four-bar constants of arms at `base` (n, 2) [mm]."""
+        part = self.four_bar
+        if part is None:
+            return None
+        lengths = (part.spacing, part.rocker, part.slider.shortest, part.slider.longest)
+        inward = np.arctan2(-base[:, 1], -base[:, 0])
+        return FourBar(*(np.full(len(base), x) for x in lengths), inward)
 
 
 def _meets(names: list[str]) -> tuple[str, ...] | None:
@@ -222,7 +276,8 @@ def read_definition(path: str | os.PathLike) -> FocalPlane:
 def _complaint(error: ValidationError) -> str:
     """The first complaint, with the field's name and value as the file has them."""
     first, *others = error.errors()
-    field = ".".join(str(part) for part in first["loc"]) or "the file"
+    where = [str(part) for part in first["loc"] if part not in ("hexagonal", "ring")]  # the kind is no part of the name
+    field = ".".join(where) or "the file"
     message = first["msg"].removeprefix("Value error, ")
     value: Any = first["input"]
     if first["type"] == "missing":

@@ -19,8 +19,10 @@ from fiberplan.errors import FiberplanError, InstrumentError
 from fiberplan.files import write_whole
 from fiberplan.fits_tables import numbers, pick, read_tables, table_hdu, texts
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.four_bar import FourBar
 
 _JOINTS = {"folded": "rad", "lower": "rad", "upper": "rad", "max_speed": "rad/s", "zero": "rad"}
+_FOUR_BAR = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "orientation": "rad"}
 _UNITS = {"x": "mm", "y": "mm", "radius": "mm"}
 
 
@@ -56,6 +58,10 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     rows: dict[str, Any] = {"positioner": plane.ids, "online": plane.online}
     rows |= {"base_x": plane.base[:, 0], "base_y": plane.base[:, 1], "length": plane.length}
     units = dict.fromkeys(("base_x", "base_y", "length"), "mm")
+    about["field_radius"] = np.array([plane.field_radius])
+    if plane.four_bar is not None:
+        for name, unit in _FOUR_BAR.items():
+            rows[f"four_bar_{name}"], units[f"four_bar_{name}"] = getattr(plane.four_bar, name), unit
     for name, unit in _JOINTS.items():
         for k, joint in enumerate(("alpha", "beta")):
             rows[f"{name}_{joint}"], units[f"{name}_{joint}"] = getattr(plane, name)[:, k], unit
@@ -63,7 +69,7 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
         for axis, values in zip("xy", offset.T, strict=True):
             rows[f"fiber{k}_{axis}"], units[f"fiber{k}_{axis}"] = values, "mm"
     return [
-        table_hdu("FOCALPLANE", about, {"pair_margin": "mm"}),
+        table_hdu("FOCALPLANE", about, {"pair_margin": "mm", "field_radius": "mm"}),
         table_hdu("POSITIONERS", rows, units),
         table_hdu("BODIES", _body_rows(plane.bodies, plane.n), _UNITS),
         table_hdu("OBSTACLES", _obstacle_rows(plane.obstacles), _UNITS),
@@ -97,10 +103,24 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             name=texts(about, "name")[0],
             pair_margin=float(numbers(about, "pair_margin")[0]),
             notes=tuple(json.loads(texts(about, "notes")[0])),
+            four_bar=_four_bar(rows),
+            field_radius=_field_radius(about),
             **joints,
         )
     except (KeyError, IndexError, ValueError, TypeError) as error:
         raise InstrumentError(f"the tables of the focal plane cannot be used ({str(error).splitlines()[0]})") from None
+
+
+def _four_bar(rows: Any) -> FourBar | None:
+    """Four-bar constants, where the table has them."""
+    if f"four_bar_{next(iter(_FOUR_BAR))}" not in rows.columns.names:
+        return None
+    return FourBar(**{name: numbers(rows, f"four_bar_{name}") for name in _FOUR_BAR})
+
+
+def _field_radius(about: Any) -> float:
+    """Radius of the field [mm]; tables of format 1 have none."""
+    return float(numbers(about, "field_radius")[0]) if "field_radius" in about.columns.names else float(np.inf)
 
 
 def _shape_row(shape: Body | Obstacle, **columns: Any) -> dict[str, Any]:

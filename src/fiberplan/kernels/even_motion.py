@@ -7,29 +7,34 @@ another may close faster. The axis only decides how sharp the bound is, never wh
 
 import numpy as np
 
-from fiberplan.kernels.arms import acceleration, vertex
+from fiberplan.kernels.arms import vertex
 from fiberplan.kernels.clearance import meet, piece_to_piece
-from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.kernels.compile import inlined
+from fiberplan.kernels.four_bar import largest_acceleration, rates
 
 ROUNDING = 1e-9  # [mm] taken off every bound for floating-point rounding
 
 
 @inlined
-def _vertex_speed_along(arms, frame_, va, vb, link, x, y, nx, ny):
-    """Speed along the axis n of a body point at (x, y) on `link`, at joint speeds va, vb [mm/s]."""
+def _vertex_speed_along(frame_, rates_, link, x, y, nx, ny):
+    """Speed along the axis n of a body point at (x, y) on `link`, whose links turn at `rates_` [mm/s]."""
     bx, by, ex, ey = frame_[0], frame_[1], frame_[2], frame_[3]
     if link == 2:
-        elbow = va * ((ex - bx) * ny - (ey - by) * nx)
-        return elbow + (va + vb) * ((x - ex) * ny - (y - ey) * nx)
+        elbow = rates_[0] * ((ex - bx) * ny - (ey - by) * nx)
+        return elbow + rates_[1] * ((x - ex) * ny - (y - ey) * nx)
     if link == 1:
-        return va * ((x - bx) * ny - (y - by) * nx)
+        return rates_[0] * ((x - bx) * ny - (y - by) * nx)
+    if link == 3:
+        return rates_[2] * ((x - frame_[8]) * ny - (y - frame_[9]) * nx)
     return 0.0
 
 
-@leaf
+@inlined  # as a call of its own it costs a quarter more: the compiler then inlines less within it
 def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h):
     """Clearance now, and a lower bound of it within +-h [s] of now at constant joint speeds [mm]."""
-    bend = 0.5 * h * h * (acceleration(arms, i, va_i, vb_i) + acceleration(arms, j, va_j, vb_j))
+    bent_i = largest_acceleration(arms, i, frame_i, va_i, vb_i, h)
+    bend = 0.5 * h * h * (bent_i + largest_acceleration(arms, j, frame_j, va_j, vb_j, h))
+    rates_i, rates_j = rates(arms, i, frame_i, va_i, vb_i), rates(arms, j, frame_j, va_j, vb_j)
     now, bound = np.inf, np.inf
     for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
@@ -39,7 +44,7 @@ def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h
             radii = arms.piece[p].radius + arms.piece[q].radius
             distance = np.sqrt(d2)
             now = min(now, distance - radii) if not np.isnan(distance) else distance
-            if not (distance > 0.0):
+            if not (distance > 0.0 and bend < np.inf):
                 bound = min(bound, -radii)  # saturated: nothing is less
                 continue
             nx, ny = wx / distance, wy / distance
@@ -49,12 +54,12 @@ def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h
             for k in range(arms.piece[p].first, arms.piece[p].last):
                 x, y = vertex(arms, frame_i, arms.piece[p].link, k)
                 along = x * nx + y * ny
-                drift = h * _vertex_speed_along(arms, frame_i, va_i, vb_i, arms.piece[p].link, x, y, nx, ny)
+                drift = h * _vertex_speed_along(frame_i, rates_i, arms.piece[p].link, x, y, nx, ny)
                 late_p, early_p = max(late_p, along + drift), max(early_p, along - drift)
             for k in range(arms.piece[q].first, arms.piece[q].last):
                 x, y = vertex(arms, frame_j, arms.piece[q].link, k)
                 along = x * nx + y * ny
-                drift = h * _vertex_speed_along(arms, frame_j, va_j, vb_j, arms.piece[q].link, x, y, nx, ny)
+                drift = h * _vertex_speed_along(frame_j, rates_j, arms.piece[q].link, x, y, nx, ny)
                 late_q, early_q = min(late_q, along + drift), min(early_q, along - drift)
             bound = min(bound, max(-radii, min(late_q - late_p, early_q - early_p) - bend - radii))
     return now, bound - ROUNDING

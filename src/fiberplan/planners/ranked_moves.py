@@ -33,10 +33,10 @@ def _frame(arms, walk, i):
     me = walk.state[i]
     row = walk.frames[i]
     if not me.fresh:
-        bx, by, ex, ey, c1, s1, c2, s2 = frame(arms, i, me.alpha, me.beta)
+        bx, by, ex, ey, c1, s1, c2, s2, _, _, _, _ = frame(arms, i, me.alpha, me.beta)
         row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] = bx, by, ex, ey, c1, s1, c2, s2
         me.fresh = True
-    return row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]
+    return row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], 0.0, 0.0, 0.0, 0.0  # two links only
 
 
 @leaf

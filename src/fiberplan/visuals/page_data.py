@@ -11,6 +11,7 @@ import numpy as np
 
 from fiberplan.bodies import LINKS
 from fiberplan.certificates import Certificate, Contact
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Plan
 from fiberplan.visuals import style
 
@@ -56,6 +57,7 @@ def page_data(plan: Plan) -> dict[str, Any]:
         "angles": _packed(motion.angles, "<f4"),
         "proven": _packed(smallest, "<f8"),
         "provenWith": _packed(partner, "<i4"),
+        **_bars(plane),
         "bodies": [_shape(body) | {"link": LINKS[body.link]} for body in plane.bodies],
         "obstacles": [_shape(obstacle) for obstacle in plane.obstacles],
         "causes": {str(i): dropped.cause for i, dropped in problem.dropped.items()},
@@ -100,9 +102,29 @@ def _certificate(plan: Plan, smallest: np.ndarray, partner: np.ndarray) -> dict[
         "contacts": [_contact(c) for c in certificate.contacts],
         "undecided": [_contact(c) for c in certificate.undecided],
         "resting": [_contact(c) for c in certificate.resting],
-        "violations": list(map(str, certificate.violations)),
+        "violations": [*map(str, certificate.violations), *_zones(plan)],
         "faults": [fault for fault in plan.faults() if fault != str(certificate)],
     }
+
+
+def _zones(plan: Plan) -> list[str]:
+    """A sentence for each zone of avoidance entered."""
+    ids = plan.problem.plane.ids
+    return [
+        f"positioner '{ids[zone.positioner]}' enters its zone of avoidance at {zone.time:.3f} s: slider "
+        f"{zone.slider:.4f} mm"
+        for zone in plan.certificate.zones
+    ]
+
+
+def _bars(plane: FocalPlane) -> dict[str, str]:
+    """What the page needs to draw four-bar arms: J2 x, y, rocker and orientation of each, and its slider's range."""
+    bar = plane.four_bar
+    if bar is None:
+        return {}
+    pivot, _ = bar.rockers(plane.base, plane.folded, plane.zero)
+    bars = np.column_stack([pivot, bar.rocker, bar.orientation])
+    return {"bars": _packed(bars, "<f8"), "sliders": _packed(np.column_stack([bar.shortest, bar.longest]), "<f8")}
 
 
 def statement(certificate: Certificate) -> str:
@@ -113,6 +135,7 @@ def statement(certificate: Certificate) -> str:
         "contact": len(certificate.contacts),
         "undecided pair": len(certificate.undecided),
         "broken joint limit": len(certificate.violations),
+        "forbidden slider length": len(certificate.zones),
     }
     found = ", ".join(f"{n} {what}{'s' * (n > 1)}" for what, n in counts.items() if n)
     return f"Not safe: {found} at a margin of {certificate.margin:g} mm"

@@ -15,6 +15,7 @@ for (const key of ["base", "proven"]) plan[key] = unpack(plan[key], Float64Array
 for (const key of ["length", "zero", "lower", "upper", "fiber", "reach", "goal", "times", "angles"]) {
   plan[key] = unpack(plan[key], Float32Array);
 }
+if (plan.bars) for (const key of ["bars", "sliders"]) plan[key] = unpack(plan[key], Float64Array);
 plan.outcome = unpack(plan.outcome, Uint8Array);
 plan.offsets = unpack(plan.offsets, Uint32Array);
 plan.provenWith = unpack(plan.provenWith, Int32Array);

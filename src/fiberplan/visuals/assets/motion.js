@@ -1,7 +1,8 @@
 // Where everything is at a moment. Knots are linear in between and held outside; each positioner keeps a cursor to its
-// last knot, so that playing costs a step or two per frame. Beta is measured from the alpha link: pi is folded.
+// last knot, so that playing costs a step or two per frame. Beta is measured from the alpha link: pi is folded; that of a
+// four-bar arm turns its rocker, and its second link points from the elbow, J3, to the rocker's end, J4.
 
-const FRAME = 8; // base x, y, elbow x, y, cos and sin of the alpha link, cos and sin of the beta link
+const FRAME = 12; // base x, y, elbow x, y, cos and sin of alpha and beta link, rocker's pivot x, y, its cos and sin
 const cursor = plan.offsets.slice(0, n);
 
 function anglesAt(i, t, from = plan.offsets[i]) {
@@ -32,7 +33,17 @@ function frameAt(i, alpha, beta, frame = new Float64Array(FRAME), at = 0) {
   frame[at + 5] = s;
   frame[at + 6] = Math.cos(second);
   frame[at + 7] = Math.sin(second);
+  if (plan.bars) linkage(i, alpha, beta, frame, at);
   return frame;
+}
+
+function linkage(i, alpha, beta, frame, at) {
+  const [pivotX, pivotY, length, orientation] = plan.bars.subarray(4 * i, 4 * i + 4);
+  const first = orientation + alpha + plan.zero[2 * i], third = orientation + Math.PI - beta - plan.zero[2 * i + 1];
+  const c1 = Math.cos(first), s1 = Math.sin(first), c3 = Math.cos(third), s3 = Math.sin(third);
+  const x = plan.base[2 * i] + plan.length[i] * c1, y = plan.base[2 * i + 1] + plan.length[i] * s1;
+  const alongX = pivotX + length * c3 - x, alongY = pivotY + length * s3 - y, slider = Math.hypot(alongX, alongY);
+  frame.set([x, y, c1, s1, alongX / slider, alongY / slider, pivotX, pivotY, c3, s3], at + 2);
 }
 
 const now = {
@@ -57,11 +68,15 @@ function moveTo(t) {
   }
 }
 
-// A point of a link's frame (0 fixed to the base, 1 alpha, 2 beta) in focal-plane coordinates [mm].
+// A point of a link's frame (0 fixed to the base, 1 alpha, 2 beta, 3 rocker) in focal-plane coordinates [mm].
 function place(link, frames, at, u, v) {
   if (link === 2) {
     const c = frames[at + 6], s = frames[at + 7];
     return [frames[at + 2] + c * u - s * v, frames[at + 3] + s * u + c * v];
+  }
+  if (link === 3) {
+    const c = frames[at + 10], s = frames[at + 11];
+    return [frames[at + 8] + c * u - s * v, frames[at + 9] + s * u + c * v];
   }
   if (link === 1) {
     const c = frames[at + 4], s = frames[at + 5];

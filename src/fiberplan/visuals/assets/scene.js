@@ -108,7 +108,7 @@ class Scene {
     const { ink, view, colours, visible, state } = this;
     const hollow = plan.outcomes[o].key === "offline";
     ink.globalAlpha = state.shown[o] ? 1 : 0.1;
-    for (const body of [...plan.bodies].sort((a, b) => a.link - b.link)) {
+    for (const body of [...plan.bodies].sort((a, b) => (a.link === 2) - (b.link === 2) || a.link - b.link)) {
       const batches = [], latest = new Map();
       for (const i of members) {
         if (!visible[i]) continue;

@@ -1,7 +1,9 @@
 // Where the fiber of one positioner can go: swept by alpha between the betas that bring it nearest to and farthest from
 // the base. A whole turn makes a ring, less makes a sector whose sides are drawn by beta at the ends of alpha's range.
+// The tip of a four-bar arm: a patchwork of small quadrangles of joint angles, less its zone of avoidance.
 
 function patrolZone(i, view) {
+  if (plan.bars) return patchwork(i, view);
   const steps = 48;
   const [lowA, lowB] = plan.lower.subarray(2 * i, 2 * i + 2), [highA, highB] = plan.upper.subarray(2 * i, 2 * i + 2);
   const fiber = (alpha, beta) => place(2, frameAt(i, alpha, beta), 0, plan.fiber[2 * i], plan.fiber[2 * i + 1]);
@@ -26,5 +28,30 @@ function patrolZone(i, view) {
   curve(4 * steps, (part) => fiber(alpha(1 - part), near), around);
   if (!around) curve(steps, (part) => fiber(lowA, near + part * (far - near)));
   path.closePath();
+  return path;
+}
+
+function patchwork(i, view, steps = 90) {
+  const path = new Path2D(), corners = [], frame = new Float64Array(FRAME);
+  const angle = (k, part) => plan.lower[2 * i + k] + part * (plan.upper[2 * i + k] - plan.lower[2 * i + k]);
+  const [shortest, longest] = plan.sliders.subarray(2 * i, 2 * i + 2), length = plan.bars[4 * i + 2];
+  for (let a = 0; a <= steps; a++) {
+    for (let b = 0; b <= steps; b++) {
+      frameAt(i, angle(0, a / steps), angle(1, b / steps), frame);
+      const [x, y] = place(2, frame, 0, plan.fiber[2 * i], plan.fiber[2 * i + 1]), [jx, jy] = place(3, frame, 0, length, 0);
+      const slider = Math.hypot(jx - frame[2], jy - frame[3]);
+      corners.push(slider >= shortest && slider <= longest ? [view.right(x), view.down(y)] : null);
+    }
+  }
+  for (let a = 0; a < steps; a++) {
+    for (let b = 0; b < steps; b++) {
+      const at = a * (steps + 1) + b, quad = [at, at + 1, at + steps + 2, at + steps + 1].map((k) => corners[k]);
+      if (quad.includes(null)) continue;
+      const [p, q, r, s] = quad, area = (r[0] - p[0]) * (s[1] - q[1]) - (s[0] - q[0]) * (r[1] - p[1]);
+      const ring = area < 0 ? [s, r, q, p] : quad; // all the same way round: none may cancel another
+      ring.forEach((point, k) => path[k ? "lineTo" : "moveTo"](...point));
+      path.closePath();
+    }
+  }
   return path;
 }
