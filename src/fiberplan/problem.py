@@ -37,8 +37,8 @@ class Problem:
     and `requested` has what was asked for.
 
     Raises:
-        ProblemError: shapes or values that make no sense; a start in contact, outside its range or in its zone of avoidance;
-            with ``conflicts="raise"`` a goal of that kind. The message names positioners and values.
+        ProblemError: shapes or values that make no sense; a start in contact, outside its range or in its zone of
+            avoidance; with ``conflicts="raise"`` a goal of that kind. The message names positioners and values.
     """
 
     plane: FocalPlane

@@ -25,7 +25,7 @@ def lost_targets(plan: "Plan") -> Iterator[str]:
 
 
 def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
-    """A line for each contact, undecided pair, zone of avoidance entered and violation, then for what touches at rest."""
+    """A line for each contact, undecided pair, zone of avoidance and violation, then for what touches at rest."""
     for what, contacts in (
         ("contact", certificate.contacts),
         ("undecided", certificate.undecided),

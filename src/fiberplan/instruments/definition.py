@@ -247,7 +247,8 @@ class Definition(_Part):
             return None
         lengths = (part.spacing, part.rocker, part.slider.shortest, part.slider.longest)
         inward = np.arctan2(-base[:, 1], -base[:, 0])
-        return FourBar(*(np.full(len(base), x) for x in lengths), inward)
+        spacing, rocker, shortest, longest = (np.full(len(base), x) for x in lengths)
+        return FourBar(spacing, rocker, shortest, longest, inward)
 
 
 def _meets(names: list[str]) -> tuple[str, ...] | None:

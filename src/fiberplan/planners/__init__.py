@@ -4,8 +4,13 @@ from collections.abc import Callable
 
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.planners.protocol import Planner
 
-PLANNERS: dict[str, Callable[..., Planner]] = {"direct": Direct, "greedy-fold": GreedyFold}
+PLANNERS: dict[str, Callable[..., Planner]] = {
+    "direct": Direct,
+    "greedy-fold": GreedyFold,
+    "prioritized-roadmap": PrioritizedRoadmap,
+}
 
-__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner"]
+__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner", "PrioritizedRoadmap"]
