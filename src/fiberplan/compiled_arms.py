@@ -27,7 +27,7 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
         if unknown:  # a misspelt category would switch collisions off
             raise InstrumentError(f"{plane.name}: '{thing.name}' meets '{unknown[0]}', a category that nothing has")
 
-    pieces: list[tuple[int, float, int, int, int, int]] = []
+    pieces: list[tuple[float, ...]] = []
     vertices: list[np.ndarray] = []
     used = 0
 
@@ -35,7 +35,9 @@ def compile_arms(plane: "FocalPlane") -> tuple[Arms, np.ndarray]:
         nonlocal used
         meets = everything if body.meets is None else sum(bits.get(name, 0) for name in set(body.meets))
         for piece in shape:
-            pieces.append((link, radius, bits[body.category], meets, used, used + len(piece)))
+            center = 0.5 * (piece.min(axis=0) + piece.max(axis=0))
+            extent = np.hypot(*(piece - center).T).max()
+            pieces.append((link, radius, bits[body.category], meets, used, used + len(piece), *center, extent))
             vertices.append(piece)
             used += len(piece)
 

@@ -31,7 +31,7 @@ FLAGS: dict[str, tuple[Flag, ...]] = {
     "direct": (
         Flag("max_time", float, "s", "Give up what cannot be done in this time."),
         Flag("budget", float, "", "Replans per positioner before goals are given up; 60 if not given."),
-        Flag("turn", float, "deg", "Turn of the fastest joint in one step of the search; 6 if not given."),
+        Flag("turn", float, "deg", "Turn of alpha in one step of the search; 6 if not given."),
     ),
     "prioritized-roadmap": (
         Flag("grid", str, "", "Cells of the roadmap over the two joint ranges; 8x6 if not given."),

@@ -49,6 +49,9 @@ PIECE = np.dtype(
         ("meets", "i8"),  # bits of the categories it can touch
         ("first", "i8"),  # vertices
         ("last", "i8"),  # one past
+        ("u", "f8"),  # center of a circle about the vertices, in the link's frame [mm]
+        ("v", "f8"),
+        ("extent", "f8"),  # its radius [mm]
     ],
     align=True,
 )
@@ -96,10 +99,9 @@ def frame(arms, i, alpha, beta):
 
 
 @inlined
-def vertex(arms, frame_, link, k):
-    """Vertex k of a piece on `link`, in focal-plane coordinates [mm]."""
+def point(frame_, link, u, v):
+    """A point of `link`, given in its frame, in focal-plane coordinates [mm]."""
     bx, by, ex, ey, c1, s1, c2, s2, jx, jy, c3, s3 = frame_
-    u, v = arms.vertices[k, 0], arms.vertices[k, 1]
     if link == 2:
         return ex + c2 * u - s2 * v, ey + s2 * u + c2 * v
     if link == 1:
@@ -107,6 +109,12 @@ def vertex(arms, frame_, link, k):
     if link == 3:
         return jx + c3 * u - s3 * v, jy + s3 * u + c3 * v
     return bx + u, by + v
+
+
+@inlined
+def vertex(arms, frame_, link, k):
+    """Vertex k of a piece on `link`, in focal-plane coordinates [mm]."""
+    return point(frame_, link, arms.vertices[k, 0], arms.vertices[k, 1])
 
 
 @inlined

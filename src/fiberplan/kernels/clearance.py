@@ -6,7 +6,7 @@ Overlapping pieces give the saturated value, minus the radii.
 
 import numpy as np
 
-from fiberplan.kernels.arms import frame, vertex
+from fiberplan.kernels.arms import frame, point, vertex
 from fiberplan.kernels.compile import inlined, kernel, leaf
 from fiberplan.kernels.segments import segment_to_segment
 
@@ -76,18 +76,41 @@ def meet(arms, p, q):
 
 
 @inlined
-def frames_clearance(arms, i, frame_i, j, frame_j):
-    """Gap between the bodies of two arms whose frames are known [mm]; NaN if either is not a number."""
-    smallest = np.inf
+def _far_apart(arms, frame_i, p, frame_j, q, gap):
+    """Whether circles about two pieces are at least `gap` [mm] apart; asked of outlines, whose distance costs more."""
+    a, b = arms.piece[p], arms.piece[q]
+    if a.last - a.first <= 2 and b.last - b.first <= 2:
+        return False
+    ax, ay = point(frame_i, a.link, a.u, a.v)
+    bx, by = point(frame_j, b.link, b.u, b.v)
+    far = gap + a.extent + b.extent + a.radius + b.radius
+    return far < np.inf and (ax - bx) * (ax - bx) + (ay - by) * (ay - by) > far * far and far > 0.0
+
+
+@inlined
+def clearance_within(arms, i, frame_i, j, frame_j, floor, cap):
+    """The gap between the bodies of two arms whose frames are known, between `floor` and `cap` [mm]; NaN as below.
+
+    Above `cap` it is `cap`; below `floor`, something below it. Either saves work.
+    """
+    smallest = cap
     for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
-            if meet(arms, p, q):
+            if meet(arms, p, q) and not _far_apart(arms, frame_i, p, frame_j, q, smallest):
                 d2, _, _ = piece_to_piece(arms, frame_i, p, frame_j, q)
                 gap = np.sqrt(d2) - arms.piece[p].radius - arms.piece[q].radius
                 if np.isnan(gap):
                     return gap
                 smallest = min(smallest, gap)
+                if smallest < floor:
+                    return smallest
     return smallest
+
+
+@inlined
+def frames_clearance(arms, i, frame_i, j, frame_j):
+    """Gap between the bodies of two arms whose frames are known [mm]; NaN if either is not a number."""
+    return clearance_within(arms, i, frame_i, j, frame_j, -np.inf, np.inf)
 
 
 @leaf

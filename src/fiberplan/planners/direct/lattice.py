@@ -76,9 +76,9 @@ def _place_nodes(low, high, through, start, spacing, nodes, size, first, last):
 
 
 def longest_step(plane: FocalPlane, start: np.ndarray, goal: np.ndarray, turn: float) -> float:
-    """Duration of a step [s] in which no joint turns by more than `turn` [rad], or more if beta has too far to go."""
+    """Duration of a step [s] in which no alpha turns by more than `turn` [rad]; longer if beta has too far to go."""
     travel = np.nan_to_num(np.abs(goal - start))[:, 1] / plane.max_speed[:, 1]
-    return float(max(turn / plane.max_speed.max(), travel.max(initial=0.0) / (MOST_BETAS - 8)))
+    return float(max(turn / plane.max_speed[:, 0].max(), travel.max(initial=0.0) / (MOST_BETAS - 8)))
 
 
 def _ranges(
@@ -163,6 +163,16 @@ def window(lattice, i, k, steps):
     if goal >= 0:
         low, high = max(low, goal - (steps - k)), min(high, goal + (steps - k))
     return low, high
+
+
+@inlined
+def between(lattice, i, d, steps):
+    """First and last node of joint d that positioner i can pass on a way to its goal of so many steps."""
+    first, last, most = lattice.first[i, d], lattice.last[i, d], lattice.size[i, d] - 1
+    if last < 0:
+        return max(0, first - steps), min(most, first + steps)
+    spare = max(steps - abs(last - first), 0) // 2
+    return max(0, min(first, last) - spare), min(most, max(first, last) + spare)
 
 
 @inlined

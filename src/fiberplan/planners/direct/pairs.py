@@ -10,7 +10,7 @@ import numpy as np
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.kernels.randoms import uniform
-from fiberplan.planners.direct.lattice import put, window
+from fiberplan.planners.direct.lattice import between, put, window
 from fiberplan.planners.direct.shadows import (
     beta_motion,
     bit,
@@ -27,15 +27,25 @@ _UNBOUNDED = 1 << 20  # steps, where there is no deadline
 
 
 @leaf
-def _clear_together(arms, lattice, i, j, limit, trig_i, trig_j, clear):
-    """Fill clear[a, b, c]: betas of positioner j at its alpha node c that clear i at its node (a, b)."""
+def _clear_together(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear):
+    """Fill clear[a, b, c]: betas of positioner j at its alpha node c that clear i at its node (a, b).
+
+    Nodes that neither can pass in so many steps are left as they are, but for betas that i cannot have: none are clear.
+    """
     motion = beta_motion(arms, lattice, j)
     count = lattice.size[j, 1]
     every = ~_NONE if count == 64 else bit(count) - _ONE
-    for a in range(lattice.size[i, 0]):
+    low_a, high_a = between(lattice, i, 0, steps)
+    low_b, high_b = between(lattice, i, 1, steps)
+    low_c, high_c = between(lattice, j, 0, steps)
+    for a in range(low_a, high_a + 1):
         for b in range(lattice.size[i, 1]):
+            if b < low_b or b > high_b:
+                for c in range(low_c, high_c + 1):
+                    clear[a, b, c] = _NONE
+                continue
             frame_i = node_frame(arms, i, trig_i, a, b)
-            for c in range(lattice.size[j, 0]):
+            for c in range(low_c, high_c + 1):
                 clear[a, b, c] = every & ~shut_betas(arms, lattice, j, c, trig_j, motion, i, frame_i, limit)
 
 
@@ -194,7 +204,7 @@ def move_together(arms, near, lattice, i, j, apart, limits, respect, variety, sc
     link_directions(arms, lattice, j, trig_j)
     _shut_out(arms, near, lattice, i, j, trig_i, limits, respect, steps, scratch.row, scratch.shut, state)
     _shut_out(arms, near, lattice, j, i, trig_j, limits, respect, steps, scratch.row, scratch.shut_other, state)
-    _clear_together(arms, lattice, i, j, apart, trig_i, trig_j, clear)
+    _clear_together(arms, lattice, i, j, apart, trig_i, trig_j, steps, clear)
     if lattice.last[i, 0] >= 0 and lattice.last[j, 0] >= 0:  # the goals are, whatever the limit of the search
         clear[lattice.last[i, 0], lattice.last[i, 1], lattice.last[j, 0]] |= bit(lattice.last[j, 1])
     _stand_at_start(lattice, i, j, steps, reach[0])
@@ -230,7 +240,7 @@ def steps_alone(arms, lattice, i, j, limit, scratch, most):
     trig_i, trig_j, reach, clear = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear
     link_directions(arms, lattice, i, trig_i)
     link_directions(arms, lattice, j, trig_j)
-    _clear_together(arms, lattice, i, j, limit, trig_i, trig_j, clear)
+    _clear_together(arms, lattice, i, j, limit, trig_i, trig_j, _UNBOUNDED, clear)
     for n in range(2):
         for a in range(lattice.size[i, 0]):
             for b in range(lattice.size[i, 1]):

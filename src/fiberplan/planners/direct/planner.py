@@ -36,7 +36,7 @@ class Direct:
 
     max_time: float | None = None  #: cap of the makespan [s]
     budget: float = 60.0  #: replans per positioner before goals are given up; a joint one counts as 20
-    turn: float = np.radians(6.0)  #: of the fastest joint in one step of the search [rad]
+    turn: float = np.radians(6.0)  #: of alpha in one step of the search [rad]
     seed: int = 0  #: of the order of repairs
 
     name = "direct"

@@ -7,12 +7,13 @@ than the limit vouches for all betas that the farthest body point cannot use c u
 import numpy as np
 
 from fiberplan.kernels.arms import frame
-from fiberplan.kernels.clearance import frames_clearance
+from fiberplan.kernels.clearance import clearance_within
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.planners.direct.lattice import window
 
 _ONE = np.uint64(1)
 _NONE = np.uint64(0)
+_LEAP = 8.0  # betas that one look may vouch for: looking farther costs more than looking again
 
 
 @inlined
@@ -44,7 +45,8 @@ def node_frame(arms, i, trig, a, b):
     """Link frames of positioner i at its node (a, b)."""
     arm = arms.arm[i]
     c1, s1 = trig[a, 0, 0], trig[a, 0, 1]
-    return arm.x, arm.y, arm.x + arm.length * c1, arm.y + arm.length * s1, c1, s1, trig[a, b + 1, 0], trig[a, b + 1, 1]
+    ex, ey = arm.x + arm.length * c1, arm.y + arm.length * s1
+    return arm.x, arm.y, ex, ey, c1, s1, trig[a, b + 1, 0], trig[a, b + 1, 1], 0.0, 0.0, 0.0, 0.0
 
 
 @inlined
@@ -98,9 +100,10 @@ def shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
         return bits
     b = 0
     while b < lattice.size[i, 1]:
-        gap = frames_clearance(arms, i, node_frame(arms, i, trig, a, b), j, frame_j)
+        at = node_frame(arms, i, trig, a, b)
+        gap = clearance_within(arms, i, at, j, frame_j, limit, limit + _LEAP * motion)
         if gap >= limit:
-            b += 1 + int((gap - limit) / motion) if gap < limit + 64.0 * motion else 64
+            b += 1 + int((gap - limit) / motion)
         else:
             bits |= bit(b)
             b += 1

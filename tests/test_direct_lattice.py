@@ -1,0 +1,316 @@
+"""Lattices of the direct planner, what neighbours shut of them, and the searches over them, against plain references."""
+
+from collections import deque
+from itertools import product
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.bodies import Obstacle
+from fiberplan.fields import uniform_field
+from fiberplan.kernels.arms import frame
+from fiberplan.kernels.clearance import clearance
+from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.sweep import SLACK
+from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.planners.direct.contacts import contacts_of_all, steps_in_contact
+from fiberplan.planners.direct.lattice import MOST_BETAS, UNDER_LIMIT, lengthened, longest_step, make_lattice
+from fiberplan.planners.direct.pairs import move_together, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.repair import make_scratch
+from fiberplan.planners.direct.shadows import beta_motion, link_directions, shut_betas
+from fiberplan.planners.direct.single import replan
+from fiberplan.planners.direct.trim import as_trajectory
+
+DEG = np.pi / 180.0
+
+
+def row_of(n, pitch=22.4, **changes):
+    """Positioners in a row along x, with joint ranges small enough to enumerate."""
+    plane = fp.FocalPlane.hexagonal(3, pitch, **changes)
+    middle = np.flatnonzero(np.abs(plane.base[:, 1]) < 1e-9)[:n]
+    fields = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
+    return plane.replace(
+        ids=tuple(f"P{k}" for k in range(n)),
+        fiber_offsets={"fiber": plane.fiber[middle]},
+        **{name: getattr(plane, name)[middle] for name in fields},
+    )
+
+
+def two_arms():
+    """Two arms of a few nodes each that face each other."""
+    plane = row_of(2, lower=np.radians([0.0, 60.0]), upper=np.radians([180.0, 180.0]), folded=np.radians([0.0, 180.0]))
+    start = np.radians([[0.0, 120.0], [180.0, 120.0]])
+    goal = np.radians([[60.0, 120.0], [120.0, 120.0]])
+    return plane, start, goal
+
+
+def lattice_of(plane, start, goal, turn, steps):
+    duration = longest_step(plane, start, goal, turn)
+    return make_lattice(plane, start, goal, plane.online, duration, steps)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nodes_hold_both_ends_and_respect_speeds(seed):
+    plane = fp.FocalPlane.hexagonal(3, 22.4)
+    rng = np.random.default_rng(seed)
+    plane = plane.replace(max_speed=np.radians(rng.uniform(10.0, 40.0, (plane.n, 2))))
+    start, goal = uniform_field(plane, seed), np.array(uniform_field(plane, seed + 50))
+    goal[::7] = np.nan
+    duration = longest_step(plane, start, goal, 6 * DEG)
+    lattice = make_lattice(plane, start, goal, plane.online, duration, 5)
+    for i, d in product(range(plane.n), (0, 1)):
+        nodes = (lattice.alpha, lattice.beta)[d][i, : lattice.size[i, d]]
+        assert np.all(np.diff(nodes) > 0)
+        assert np.diff(nodes).max() <= plane.max_speed[i, d] * UNDER_LIMIT * duration * (1 + 1e-12)
+        assert nodes[0] >= plane.lower[i, d]
+        assert nodes[-1] <= plane.upper[i, d]
+        assert nodes[lattice.first[i, d]] == start[i, d]
+        if np.isnan(goal[i, 0]):
+            assert lattice.last[i, d] == -1
+        else:
+            assert nodes[lattice.last[i, d]] == goal[i, d]
+        # the way to the goal takes as many steps as its length asks for, the last one perhaps a short one
+        if not np.isnan(goal[i, 0]):
+            far = abs(goal[i, d] - start[i, d]) / (plane.max_speed[i, d] * UNDER_LIMIT * duration)
+            assert abs(lattice.last[i, d] - lattice.first[i, d]) == int(np.ceil(far - 1e-9))
+    assert lattice.size[:, 1].max() <= MOST_BETAS
+
+
+def test_a_wide_range_is_searched_around_the_move_only():
+    plane = row_of(1, lower=(-np.inf, -np.inf), upper=(np.inf, np.inf), folded=(0.0, np.pi))
+    start, goal = np.array([[0.0, 3.0]]), np.array([[0.1, 3.2]])
+    lattice = lattice_of(plane, start, goal, 1 * DEG, 10)
+    assert lattice.size[0, 1] <= MOST_BETAS
+    assert lattice.size[0, 0] <= 3 * MOST_BETAS
+
+
+@kernel
+def shut_of(arms, lattice, i, j, limit, trig, out):
+    link_directions(arms, lattice, i, trig)
+    frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
+    for a in range(lattice.size[i, 0]):
+        out[a] = shut_betas(arms, lattice, i, a, trig, beta_motion(arms, lattice, i), j, frame_j, limit)
+
+
+@pytest.mark.parametrize("margin", [0.0, 1.5])
+def test_shut_nodes_are_those_in_contact(margin):
+    """Every bit of every node, for neighbours and obstacles, against the clearance there."""
+    wall = Obstacle("wall", [[-30.0, 12.0], [30.0, 12.0], [30.0, 14.0], [-30.0, 14.0]], closed=True)
+    plane = fp.FocalPlane.hexagonal(1, 22.4).replace(obstacles=(wall, Obstacle("post", [[8.0, -9.0]], 1.0)))
+    start = np.radians(np.random.default_rng(2).uniform([0.0, 0.0], [360.0, 180.0], (plane.n, 2)))
+    lattice = lattice_of(plane, start, np.full((plane.n, 2), np.nan), 9 * DEG, 1)
+    scratch = make_scratch(lattice)
+    limit, found = margin + SLACK, 0
+    for i, j in plane.arm_pairs_within(margin):
+        shut_of(plane.arms, lattice, i, j, limit, scratch.trig, scratch.row)
+        for a, b in product(range(lattice.size[i, 0]), range(lattice.size[i, 1])):
+            gap = clearance(
+                plane.arms, i, lattice.alpha[i, a], lattice.beta[i, b], j, lattice.path[j, 0, 0], lattice.path[j, 0, 1]
+            )
+            assert bool((int(scratch.row[a]) >> b) & 1) == (not gap >= limit), (i, j, a, b, gap)
+            found += not gap >= limit
+    assert found > 100
+
+
+@kernel
+def replan_one(arms, near, lattice, i, weight, limits, scratch, extended, turn, steps):
+    replan(arms, near, lattice, i, weight, limits, scratch, extended, turn, steps)
+
+
+def cost_of(plane, lattice, near, i, way, weight, limits, extended, turn):
+    """What a way (steps + 1, 2) of nodes costs positioner i, term by term."""
+    total = 0.0
+    for k in range(1, len(way)):
+        (a, b), (c, d) = way[k], way[k - 1]
+        total += turn * (abs(a - c) + abs(b - d)) + extended * (0.5 + 0.5 * np.cos(lattice.beta[i, b]))
+        for near_k in near.near[near.offsets[i] : near.offsets[i + 1]]:
+            j, pair = int(near_k["arm"]), int(near_k["pair"])
+            here = (lattice.alpha[i, a], lattice.beta[i, b])
+            gap = clearance(plane.arms, i, *here, j, lattice.path[j, k, 0], lattice.path[j, k, 1])
+            total += weight[pair] * (not gap >= limits[pair])
+    return total
+
+
+def test_replanning_finds_the_cheapest_way():
+    """Against every way there is, on a lattice small enough to list them."""
+    plane, start, goal = two_arms()
+    steps = 4
+    lattice = lattice_of(plane, start, goal, 20 * DEG, steps)
+    near = Neighbourhood.of(plane, 0.0)
+    scratch = make_scratch(lattice)
+    replan_one(plane.arms, near, lattice, 1, np.zeros(1, np.float32), np.zeros(1), scratch, 0.02, 0.01, steps)
+    for price in (0.0, 0.3, 4.0):
+        weight, limits = np.full(1, price, np.float32), np.full(1, SLACK)
+        replan_one(plane.arms, near, lattice, 0, weight, limits, scratch, 0.02, 0.01, steps)
+        settings = (weight, limits, 0.02, 0.01)
+        found = cost_of(plane, lattice, near, 0, lattice.node[0].astype(int), *settings)
+        first, last = tuple(lattice.first[0]), tuple(lattice.last[0])
+        best = np.inf
+        for moves in product(product((-1, 0, 1), repeat=2), repeat=steps):
+            way = np.concatenate([[first], np.array(first) + np.cumsum(moves, axis=0)])
+            if tuple(way[-1]) == last and np.all(way >= 0) and np.all(way < lattice.size[0]):
+                best = min(best, cost_of(plane, lattice, near, 0, way, *settings))
+        assert found == pytest.approx(best, abs=1e-4)
+
+
+def joint_steps(plane, lattice, limit, most):
+    """Fewest steps in which both arms of a plane get to their goals, breadth first; None if never."""
+    free = {}
+
+    def is_free(node):
+        if node not in free:
+            angles = [
+                lattice.alpha[0, node[0]],
+                lattice.beta[0, node[1]],
+                lattice.alpha[1, node[2]],
+                lattice.beta[1, node[3]],
+            ]
+            free[node] = clearance(plane.arms, 0, *angles[:2], 1, *angles[2:]) >= limit
+        return free[node]
+
+    sizes = (*lattice.size[0], *lattice.size[1])
+    start, end = (*lattice.first[0], *lattice.first[1]), (*lattice.last[0], *lattice.last[1])
+    seen, queue = {start}, deque([(start, 0)])
+    while queue:
+        node, depth = queue.popleft()
+        if node == end:
+            return depth
+        if depth == most:
+            continue
+        for move in product((-1, 0, 1), repeat=4):
+            to = tuple(int(x + m) for x, m in zip(node, move, strict=True))
+            if to not in seen and all(0 <= x < s for x, s in zip(to, sizes, strict=True)) and is_free(to):
+                seen.add(to)
+                queue.append((to, depth + 1))
+    return None
+
+
+@kernel
+def alone(arms, lattice, i, j, limit, scratch, most):
+    return steps_alone(arms, lattice, i, j, limit, scratch, most)
+
+
+@kernel
+def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
+    return move_together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state)
+
+
+def exchange():
+    """Each arm starts where the other one's way to its goal leads."""
+    plane = row_of(2)
+    start = np.radians([[281.0, 115.0], [218.0, 35.0]])
+    goal = np.radians([[135.0, 169.0], [29.0, 39.0]])
+    return plane, start, goal
+
+
+@pytest.mark.parametrize("turn", [36.0, 30.0])
+def test_pairs_need_as_many_steps_as_breadth_first_says(turn):
+    plane, start, goal = exchange()
+    lattice = lattice_of(plane, start, goal, turn * DEG, 3)
+    scratch = make_scratch(lattice)
+    expected = joint_steps(plane, lattice, SLACK, 30)
+    assert expected is not None
+    assert alone(plane.arms, lattice, 0, 1, SLACK, scratch, 60) == expected
+    assert alone(plane.arms, lattice, 1, 0, SLACK, scratch, 60) == expected
+    single = int(np.abs(lattice.last - lattice.first).max())
+    assert expected >= single
+    for steps, possible in ((expected - 1, False), (expected, True), (expected + 3, True)):
+        longer = lengthened(lattice, max(steps, lattice.steps))
+        scratch = make_scratch(longer)
+        near = Neighbourhood.of(plane, 0.0)
+        state = np.array([1], np.uint64)
+        answer = together(plane.arms, near, longer, 0, 1, SLACK, np.full(1, SLACK), 1.5, 0.5, scratch, steps, state)
+        assert answer == possible
+    np.testing.assert_array_equal(longer.node[:, steps], lattice.last)
+    for k in range(steps + 1):
+        gap = clearance(plane.arms, 0, *longer.path[0, k], 1, *longer.path[1, k])
+        assert gap >= SLACK
+        if k:
+            assert np.abs(longer.node[:, k].astype(int) - longer.node[:, k - 1]).max() <= 1
+
+
+def test_a_pair_that_never_gets_there():
+    """Each is boxed in by the other for good."""
+    plane = row_of(2, lower=np.radians([0.0, 0.0]), upper=np.radians([180.0, 20.0]), folded=np.radians([90.0, 0.0]))
+    start, goal = np.radians([[90.0, 0.0], [100.0, 0.0]]), np.radians([[10.0, 0.0], [20.0, 0.0]])
+    goal[1] = np.radians([179.0, 0.0])
+    start[0], goal[0] = np.radians([80.0, 0.0]), np.radians([5.0, 0.0])
+    goal[1], start[1] = np.radians([95.0, 0.0]), np.radians([175.0, 20.0])
+    lattice = lattice_of(plane, start, goal, 10 * DEG, 2)
+    expected = joint_steps(plane, lattice, SLACK, 200)
+    found = alone(plane.arms, lattice, 0, 1, SLACK, make_scratch(lattice), 200)
+    assert found == (-1 if expected is None else expected)
+
+
+@kernel
+def past_fixed(arms, near, lattice, i, limit, scratch, most):
+    return steps_past_fixed(arms, near, lattice, i, limit, scratch, most)
+
+
+def test_ways_past_what_never_moves():
+    """Around a post, the long way, or never where a second one closes that too."""
+    plane = row_of(1)
+    start, goal = np.radians([[60.0, 0.0]]), np.radians([[120.0, 0.0]])
+    near_post = Obstacle("post", [[plane.base[0, 0], 18.0]], 1.0)
+    expected = {}
+    for name, posts in (("free", ()), ("post", (near_post,))):
+        there = plane.replace(obstacles=posts)
+        near = Neighbourhood.of(there, 0.0)
+        lattice = lattice_of(there, start, goal, 6 * DEG, 2)
+        expected[name] = past_fixed(there.arms, near, lattice, 0, SLACK, make_scratch(lattice), 300)
+    assert expected["free"] == np.abs(lattice.last - lattice.first).max()
+    assert expected["post"] > expected["free"] + 10
+    stiff = plane.replace(
+        lower=np.radians([[0.0, 0.0]]), upper=np.radians([[360.0, 4.0]]), folded=np.radians([[0.0, 0.0]])
+    )
+    stiff = stiff.replace(obstacles=(near_post,))
+    lattice = lattice_of(stiff, start, goal, 6 * DEG, 2)
+    near = Neighbourhood.of(stiff, 0.0)
+    assert past_fixed(stiff.arms, near, lattice, 0, SLACK, make_scratch(lattice), 300) == -1
+
+
+@kernel
+def touching_steps(arms, path, i, j, limit, steps):
+    return steps_in_contact(arms, path, i, j, limit, steps)
+
+
+def test_contact_between_nodes_is_found():
+    """Clear at every node and through each other in between; and what is called clear is, however densely sampled."""
+    plane = row_of(2)
+    path = np.zeros((2, 2, 2))
+    path[0] = np.radians([[25.0, 0.0], [-25.0, 0.0]])
+    path[1] = np.radians([[180.0, 180.0], [180.0, 180.0]])
+    assert clearance(plane.arms, 0, *path[0, 0], 1, *path[1, 0]) > SLACK
+    assert clearance(plane.arms, 0, *path[0, 1], 1, *path[1, 1]) > SLACK
+    assert touching_steps(plane.arms, path, 0, 1, SLACK, 1) == (1, 0)
+    rng = np.random.default_rng(0)
+    cleared = 0
+    for _ in range(300):
+        path = np.radians(rng.uniform([0.0, 0.0], [360.0, 180.0], (2, 1, 2)) + rng.normal(0.0, 8.0, (2, 4, 2)))
+        touching, ending = touching_steps(plane.arms, path, 0, 1, SLACK, 3)
+        assert ending <= touching
+        gaps = []
+        for k, s in product(range(3), np.linspace(0.0, 1.0, 40)):
+            at = (1.0 - s) * path[:, k] + s * path[:, k + 1]
+            gaps.append(clearance(plane.arms, 0, *at[0], 1, *at[1]))
+        if touching == 0:
+            assert min(gaps) >= SLACK
+            cleared += 1
+        else:
+            assert min(gaps) < SLACK + 0.05
+    assert 50 < cleared < 300
+
+
+def test_all_contacts_and_knots():
+    plane, start, goal = exchange()
+    lattice = lattice_of(plane, start, goal, 12 * DEG, 20)
+    for k in range(21):
+        lattice.path[:2, k] = start + min(k, 10) / 10 * (goal - start)
+    contacts = np.zeros(1, np.int64)
+    contacts_of_all(plane.arms, lattice, np.array([[0, 1]]), SLACK, 20, contacts)
+    assert contacts[0] > 0
+    motion = as_trajectory(lattice.path, 0.5)
+    np.testing.assert_array_equal(np.diff(motion.offsets), [2, 2])
+    assert motion.duration == 5.0
+    np.testing.assert_allclose(motion.at(2.5), 0.5 * (start + goal))
