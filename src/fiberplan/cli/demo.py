@@ -1,5 +1,6 @@
 """``fiberplan demo``: a first plan, without any file of one's own."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -18,26 +19,30 @@ def demo(
     ] = Path(),
     seed: SeedOption = 0,
 ) -> None:
-    """Plan, prove and show a made-up field: the SDSS-V array and targets clustered as galaxies are."""
+    """Plan, prove and show a move between two made-up fields: the SDSS-V array, targets clustered as galaxies are."""
     output, page = folder / "plan.fits", folder / "plan.html"
     made_folder(folder)
     refuse_unwritable(output, page)
-    with working("planning a field of the sdss array"):
+    with working("planning from field to field of the sdss array"):
         from fiberplan.clustered import clustered_targets
         from fiberplan.focal_plane import FocalPlane
-        from fiberplan.planners import GreedyFold
+        from fiberplan.planners import Direct, GreedyFold
         from fiberplan.problem import Problem
         from fiberplan.visuals import show
 
         plane = FocalPlane.load("sdss")
-        targets = clustered_targets(plane, seed, MARGIN)
-        problem = Problem.from_targets(plane, targets, margin=MARGIN, conflicts="drop")
-        plan = GreedyFold(seed=seed).plan(problem)
+        fields = [clustered_targets(plane, 2 * seed + k, MARGIN) for k in (0, 1)]
+        to_first = Problem.from_targets(plane, fields[0], margin=MARGIN, conflicts="drop")
+        here = GreedyFold(step=math.radians(1.0), seed=seed).plan(to_first).trajectory.end
+        problem = Problem.from_targets(plane, fields[1], start=here, margin=MARGIN, conflicts="drop")
+        plan = Direct(seed=seed).plan(problem)
+        hub = GreedyFold(step=math.radians(1.0), seed=seed).plan(problem)
         faults = plan.faults()
         plan.write(output)
         show(plan, page)
 
-    say(str(plan), style="bold")
+    say(f"straight: {plan}", style="bold")
+    say(f"by way of folded: {hub}")
     for line in (*lost_targets(plan), *findings(plane, plan.certificate), *faults):
         say(line, style="yellow")
     if not faults:

@@ -7,7 +7,7 @@ On a terminal long work shows a bar; in a pipe nothing but the answer is printed
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -41,8 +41,11 @@ def complain(message: str) -> None:
 
 
 @contextmanager
-def working(what: str) -> Iterator[None]:
-    """Show a bar on a terminal while `what` is being done, and say so if kernels have to be compiled first."""
+def working(what: str) -> Iterator[Callable[[str], None]]:
+    """Show a bar on a terminal while `what` is being done, and say so if kernels have to be compiled first.
+
+    What it yields is to be told how far things are.
+    """
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from fiberplan.kernels.compile import compilation_notice
@@ -50,9 +53,9 @@ def working(what: str) -> Iterator[None]:
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        progress.add_task(what, total=None)
+        task = progress.add_task(what, total=None)
         with compilation_notice():
-            yield
+            yield lambda how_far: progress.update(task, description=f"{what}: {how_far}")
 
 
 def refuse_unwritable(*outputs: Path | None, inputs: tuple[Path | None, ...] = ()) -> None:

@@ -21,12 +21,16 @@ def plan(
     start: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to start: a table, or a plan's end. Folded if not given.")
     ] = None,
-    planner: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "greedy-fold",
+    planner: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "direct",
     margin: Annotated[float, typer.Option(metavar="MM", help="Clearance to keep at all times (mm).", min=0.0)] = 0.0,
     conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that touch or are out of reach, or drop them.")] = (
         "raise"
     ),
     seed: SeedOption = 0,
+    deadline: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Take the best plan after so many seconds, as after Ctrl-C (direct).", min=0.0),
+    ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
     *,
@@ -37,8 +41,8 @@ def plan(
     Without -o and --page nothing is written.
     """
     refuse_unwritable(output, page, inputs=(Path(instrument), targets, start))
-    with working("planning"):
-        from fiberplan.cli.planner import chosen_planner
+    with working("planning") as tell:
+        from fiberplan.cli.planner import chosen_planner, planned_by
         from fiberplan.configurations import read_configuration
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.problem import Problem
@@ -48,7 +52,7 @@ def plan(
         plane = FocalPlane.load(instrument)
         begin = None if start is None else read_configuration(start, plane)
         problem = Problem.from_targets(plane, Targets.read(targets), start=begin, margin=margin, conflicts=conflicts)
-        planned = chosen.plan(problem)
+        planned = planned_by(chosen, problem, deadline, tell)
         faults = planned.faults()
 
     say(str(planned), style="bold")

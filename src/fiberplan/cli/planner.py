@@ -2,12 +2,14 @@
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from fiberplan.cli.planner_options import FLAGS
 from fiberplan.errors import FiberplanError
-from fiberplan.planners import PLANNERS, Planner
+from fiberplan.plan import Plan
+from fiberplan.planners import PLANNERS, Direct, Planner
+from fiberplan.problem import Problem
 
 
 def chosen_planner(name: str, seed: int, settings: Mapping[str, Any]) -> Planner:
@@ -27,3 +29,16 @@ def chosen_planner(name: str, seed: int, settings: Mapping[str, Any]) -> Planner
         raise FiberplanError(f"planner {name} has no option --{foreign[0].replace('_', '-')}")
     given = {field: math.radians(v) if flags[field].unit == "deg" else v for field, v in given.items()}
     return PLANNERS[name](**given, seed=seed)
+
+
+def planned_by(planner: Planner, problem: Problem, deadline: float | None, tell: Callable[[str], None]) -> Plan:
+    """What the planner makes of the problem; one that gets better with time is told when to stop, and tells how far.
+
+    Raises:
+        FiberplanError: a deadline for a planner that takes the time it takes.
+    """
+    if isinstance(planner, Direct):
+        return planner.plan(problem, deadline=deadline, report=tell)
+    if deadline is not None:
+        raise FiberplanError(f"planner {planner.name} takes no --deadline; direct does")
+    return planner.plan(problem)

@@ -13,11 +13,12 @@ def warmup() -> None:
     with working("compiling"):
         from fiberplan.clustered import clustered_targets
         from fiberplan.focal_plane import FocalPlane
-        from fiberplan.planners import GreedyFold
+        from fiberplan.planners import Direct, GreedyFold
         from fiberplan.problem import Problem
 
         plane = FocalPlane.hexagonal(1, 22.4)
         targets = clustered_targets(plane, 0, MARGIN)
         problem = Problem.from_targets(plane, targets, margin=MARGIN, conflicts="drop")
-        GreedyFold().plan(problem).faults()
+        for planner in (GreedyFold(), Direct()):
+            planner.plan(problem).faults()
     say(f"kernels ready in {time.perf_counter() - begin:.1f} s")
