@@ -1,4 +1,4 @@
-"""Lattices of the direct planner, what neighbours shut of them, and the searches over them, against plain references."""
+"""Lattices of the direct planner, what neighbours shut of them, and searches over them, against plain references."""
 
 from collections import deque
 from itertools import product
