@@ -111,6 +111,7 @@ SCENES = [
 SETTINGS = {
     "direct": [{}],
     "greedy-fold": [{"relief": relief, **COARSE} for relief in ("joint", "reverse", "replace", "none")],
+    "elliptic-navigation-function": [{"relief": relief} for relief in ("layers", "none")],
 }
 VARIANTS = [
     pytest.param(name, settings, id="-".join([name, *(str(v) for v in settings.values() if isinstance(v, str))]))

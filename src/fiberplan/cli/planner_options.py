@@ -53,6 +53,19 @@ FLAGS: dict[str, tuple[Flag, ...]] = {
         Flag("relief", str, "", "What to do about deadlocks: joint (default), reverse, replace or none."),
         Flag("skip_noops", bool, "", "Skip moves that do not move, or not.", "--literal"),
     ),
+    "elliptic-navigation-function": (
+        Flag("lambda1", float, "", "Pull to the goal, as part of the full speed; 1 if not given."),
+        Flag("lambda2", float, "", "Push on zones in the outer half of an arm (rad/s mm2); 0.1 if not given."),
+        Flag("lambda3", float, "", "Push on all other zones (rad/s mm2); 0.1 if not given."),
+        Flag("influence", float, "mm", "Zones push from this far apart; 2 if not given."),
+        Flag("spread", float, "", "How much larger the largest zones are taken for than the smallest; 0.1."),
+        Flag("near", float, "s", "Two this near to their goals push each other less and less; 3 if not given."),
+        Flag("calm", float, "s", "Whoever has come no nearer for this long pushes nobody; 1 if not given."),
+        Flag("dt", float, "s", "Time step; 0.1 if not given."),
+        Flag("relief", str, "", "What to do about deadlocks: layers (default) or none."),
+        Flag("patience", float, "s", "Time without coming nearer that relief takes for stuck; 1 if not given."),
+        Flag("max_time", float, "s", "The motion takes no longer; 600 if not given."),
+    ),
 }
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from fiberplan.planners.direct import Direct
+from fiberplan.planners.elliptic_navigation import EllipticNavigationFunction
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.planners.protocol import Planner
@@ -10,7 +11,8 @@ from fiberplan.planners.protocol import Planner
 PLANNERS: dict[str, Callable[..., Planner]] = {
     "direct": Direct,
     "greedy-fold": GreedyFold,
+    "elliptic-navigation-function": EllipticNavigationFunction,
     "prioritized-roadmap": PrioritizedRoadmap,
 }
 
-__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner", "PrioritizedRoadmap"]
+__all__ = ["PLANNERS", "Direct", "EllipticNavigationFunction", "GreedyFold", "Planner", "PrioritizedRoadmap"]
