@@ -109,7 +109,7 @@ class Drive:
         scene, kept = self._scene, 0
         while self.time + _ROUND <= end:
             there = self.there
-            if not relief.begin(scene, np.flatnonzero(self.plane.online & (worth > 0) & ~there)):
+            if not relief.begin(scene, np.flatnonzero(self.plane.online & (worth > 0) & ~there), there):
                 break
             before = self._checkpoint()
             stop = self.time + _ROUND

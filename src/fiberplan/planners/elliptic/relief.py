@@ -6,7 +6,8 @@ neighbours: first those that have led least often, then by priority, then those 
 
 - RETREATING: pulled back to its folded state, its first joint turned to where its goal wants it, or to one of a few
   angles beside that, another one each time it leads (the second time it does not retreat); then
-- GOING: pulled to its goal. Whoever refuses it joins the round, up to five, and is
+- GOING: pulled to its goal. Neighbours that are not where they belong either join the round from its beginning, and
+  whoever refuses the leader joins when it does, up to five; they are
 - AWAY: pulled back itself, and may ask others away too, until the leader is there or stuck for good; then it is GOING
   as well, back to where it belongs.
 
@@ -65,8 +66,12 @@ class Relief:
         who = self._near.near[self._near.offsets[i] : self._near.offsets[i + 1]]["arm"]
         return who[who < len(self._goal)]
 
-    def begin(self, scene: Scene, stalled: np.ndarray) -> bool:
-        """Let everyone rest but the leaders of a new round; False if none of `stalled` may lead any more."""
+    def begin(self, scene: Scene, stalled: np.ndarray, there: np.ndarray) -> bool:
+        """Let everyone rest but the leaders of a new round and neighbours that are not `there` (n,) either.
+
+        Returns:
+            False if none of `stalled` may lead any more.
+        """
         self.state[:], self._leader[:] = RESTING, -1
         scene.aim["moves"], scene.aim["quiet"] = False, _FOREVER
         stalled = stalled[self.led[stalled] < MOST_LED]
@@ -83,6 +88,9 @@ class Relief:
                 alpha = np.clip(self._goal[i, 0] + aside, scene.aim["lower_alpha"][i], scene.aim["upper_alpha"][i])
                 self._back[i, 0] = alpha
                 self._send(scene.aim, int(i), RETREATING)
+            for j in self._neighbours(i):
+                if self._free[j] and not there[j] and self.state[j] == RESTING:
+                    self._join(scene.aim, int(j), int(i))
         return bool(len(stalled))
 
     def look(self, scene: Scene, now: Stepping, dt: float) -> bool:
@@ -108,10 +116,13 @@ class Relief:
         if not 0 <= blocker < len(self._goal) or not self._free[blocker] or self.state[blocker] != RESTING:
             return
         if np.sum(self._leader == leader) < _JOINING:
-            self._leader[blocker] = leader
-            self._back[blocker, 0] = self._goal[blocker, 0]
-            self._send(aim, blocker, AWAY)
+            self._join(aim, blocker, int(leader))
             aim["quiet"][[i, leader]] = 0
+
+    def _join(self, aim: np.ndarray, i: int, leader: int) -> None:
+        self._leader[i] = leader
+        self._back[i, 0] = self._goal[i, 0]
+        self._send(aim, i, AWAY)
 
     def _send(self, aim: np.ndarray, i: int, state: int) -> None:
         self.state[i] = state
