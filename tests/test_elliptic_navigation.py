@@ -11,6 +11,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.fields import uniform_field
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Outcome
+from fiberplan.planners.elliptic.closing_up import Block, closed_up
 from fiberplan.planners.elliptic.drive import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.elliptic.field import zone_push
 from fiberplan.planners.elliptic.relief import AWAY, GOING, RESTING, RETREATING
@@ -234,6 +235,25 @@ def test_states_of_relief(crowd):
     assert seen == {RESTING, RETREATING, GOING, AWAY}
     assert rounds > 0
     assert drive.there.sum() > before.sum()
+
+
+def test_rounds_run_side_by_side_where_nobody_could_touch():
+    """0 and 1 are neighbours, 2 is far away: its block begins at once, that of 1 when 0 has come to rest."""
+    far = nearest_to_the_middle(7)
+    plane = part(far, [0, 1, 2]).replace(base=np.array([[0.0, 0.0], [25.0, 0.0], [300.0, 0.0]]))
+    steps = [[0, 5, 11, 20], [0, 30, 40, 60, 64], [0, 2, 50, 57]]  # the last knots of each are in its blocks
+    angles = [0.01 * np.arange(len(some))[:, None] * [1.0, 1.0] for some in steps]
+    offsets = np.cumsum([0, *map(len, steps)])
+    motion = fp.Trajectory(offsets, 0.1 * np.concatenate(steps), np.concatenate(angles))
+    blocks = [Block(np.array([0]), 11, 20), Block(np.array([1]), 30, 40), Block(np.array([2]), 50, 57)]
+    blocks.append(Block(np.array([1]), 58, 64))
+    closed = closed_up(motion, 0.1, blocks, Neighbourhood.of(plane, 0.0))
+    found = [closed.times[a:b] / 0.1 for a, b in zip(closed.offsets[:-1], closed.offsets[1:], strict=True)]
+    np.testing.assert_allclose(found[0], [0, 5, 14])
+    np.testing.assert_allclose(found[1], [0, 14, 24, 26, 30])
+    np.testing.assert_allclose(found[2], [0, 2, 9])
+    np.testing.assert_array_equal(closed.start, motion.start)
+    np.testing.assert_array_equal(closed.end, motion.end)
 
 
 def test_those_without_a_target_make_way():

@@ -42,7 +42,8 @@ class EllipticNavigationFunction:
     relief: Literal["layers", "none"] = "layers"
     """What to do about deadlocks: lead the stalled past those in their way, round by round; or nothing."""
     patience: float = 1.0  #: time without coming nearer that relief takes for stuck [s]
-    max_time: float = 600.0  #: the motion takes no longer [s]
+    max_time: float = 600.0
+    """The motion takes no longer [s]; rounds of relief are counted one after the other, and put side by side later."""
     seed: int = 0  #: of the order of sizes among equal priorities
 
     name = "elliptic-navigation-function"

@@ -6,6 +6,7 @@ from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.compile import kernel
 from fiberplan.neighbourhood import Neighbourhood, touched
+from fiberplan.planners.elliptic.closing_up import Block, closed_up
 from fiberplan.planners.elliptic.descent import AIM, FULL, STILL, THERE, Scene, descend, look_around
 from fiberplan.planners.elliptic.field import Field
 from fiberplan.planners.elliptic.relief import Relief
@@ -56,6 +57,7 @@ class Drive:
         aim["middle"], aim["reach"] = circles(zones, plane.length)
         self._scene = Scene(zones, aim, np.zeros((n, 8)), np.zeros(2, np.int64))
         look_around(self._now, self._scene, field)
+        self._blocks: list[Block] = []
 
     @property
     def angles(self) -> np.ndarray:
@@ -74,8 +76,8 @@ class Drive:
         return float(self._scene.clock[0] * self._field.dt)
 
     def trajectory(self) -> Trajectory:
-        """The motion so far."""
-        return recorded(self._record, self._field.dt)
+        """The motion so far, rounds of relief side by side where they may be."""
+        return closed_up(recorded(self._record, self._field.dt), self._field.dt, self._blocks, self._near)
 
     def _descend(self, end: float) -> int:
         """Steps of the field for `_LOOK` or until `end` [s]; why that ended."""
@@ -111,14 +113,19 @@ class Drive:
             there = self.there
             if not relief.begin(scene, np.flatnonzero(self.plane.online & (worth > 0) & ~there), there):
                 break
-            before = self._checkpoint()
+            scene.clock[0] += 1  # at rest for a step, so that rounds can be told apart
+            before, begin = self._checkpoint(), int(scene.clock[0])
             stop = self.time + _ROUND
             while self.time < stop and relief.look(scene, self._now, self._field.dt):
                 self._descend(stop)
             gained = worth * (self.there.astype(float) - there)
-            lost = [group for group in relief.groups() if not gained[group].sum() > 1e-12]
-            kept += len(relief.groups()) > len(lost)
-            self._strike_out(before, np.concatenate([*lost, np.empty(0, np.int64)]))
+            groups: dict[bool, list[np.ndarray]] = {True: [], False: []}
+            for group in relief.groups():
+                groups[bool(gained[group].sum() > 1e-12)].append(group)
+            kept += bool(groups[True])
+            self._strike_out(before, np.concatenate([*groups[False], np.empty(0, np.int64)]))
+            last = self._record.track["step"]
+            self._blocks += [Block(group, begin, int(last[group].max())) for group in groups[True]]
             scene.aim["alpha"], scene.aim["beta"] = self._goal.T
             look_around(self._now, scene, self._field)
         return kept
