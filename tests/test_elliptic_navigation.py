@@ -293,6 +293,12 @@ def test_settings_are_checked(settings, said):
     assert said in str(error.value)
 
 
+def test_four_bars_are_refused():
+    plane = fp.FocalPlane.load("miradas")
+    with pytest.raises(ProblemError, match="miradas has arms of four bars"):
+        ALONE.plan(fp.Problem(plane, plane.folded, plane.folded))
+
+
 def test_a_step_across_the_patrol_zone_is_refused():
     plane = nearest_to_the_middle(2)
     problem = fp.Problem(plane, plane.folded, plane.folded)

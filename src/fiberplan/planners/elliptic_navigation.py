@@ -65,7 +65,8 @@ class EllipticNavigationFunction:
         """Follow the field, then relieve whom it left stalled; those who do not arrive stay where they stopped.
 
         Raises:
-            ProblemError: `dt` is so large that a positioner could cross its whole patrol zone in one step.
+            ProblemError: arms of four bars, which have other zones; or `dt` is so large that a positioner could cross
+                its whole patrol zone in one step.
         """
         begun = process_time()
         plane = problem.plane
@@ -102,6 +103,8 @@ class EllipticNavigationFunction:
 
     def _check_step(self, problem: Problem) -> None:
         plane = problem.plane
+        if plane.four_bar is not None:
+            raise ProblemError(f"{self.name}: {plane.name} has arms of four bars; this field is for arms of two links")
         arm = np.hypot(*plane.fiber.T)
         turn = plane.max_speed * self.dt
         step = plane.length * turn[:, 0] + arm * turn.sum(axis=1)

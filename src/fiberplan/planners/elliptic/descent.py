@@ -165,7 +165,7 @@ def descend(arms, near, now, record, scene, field, steps):
             return FULL
         scene.clock[0] += 1
         for i in range(n):
-            bx, by, ex, ey, c1, s1, c2, s2 = frame(arms, i, now.pose[i].alpha, now.pose[i].beta)
+            bx, by, ex, ey, c1, s1, c2, s2, _, _, _, _ = frame(arms, i, now.pose[i].alpha, now.pose[i].beta)
             row = scene.frames[i]
             row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] = bx, by, ex, ey, c1, s1, c2, s2
         for i in range(n):
