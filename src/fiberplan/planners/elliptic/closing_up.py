@@ -37,9 +37,10 @@ def closed_up(motion: Trajectory, dt: float, blocks: Iterable[Block], near: Neig
     new, in_block = old.copy(), np.zeros(len(old), bool)
     moved = []
     for block in blocks:
-        inside = np.isin(owner, block.members) & (old >= block.begin) & (old <= block.end)
-        in_block |= inside
-        moved.append((block, np.flatnonzero(inside)))
+        theirs = np.concatenate([np.arange(motion.offsets[i], motion.offsets[i + 1]) for i in block.members])
+        knots = theirs[(old[theirs] >= block.begin) & (old[theirs] <= block.end)]
+        in_block[knots] = True
+        moved.append((block, knots))
     ready = np.zeros(n, np.int64)  # when each came to rest
     np.maximum.at(ready, owner[~in_block], old[~in_block])
     for block, knots in moved:

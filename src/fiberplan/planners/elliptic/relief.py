@@ -58,6 +58,7 @@ class Relief:
         self._rank = rank
         self._back = np.stack([goal[:, 0], folded[:, 1]], axis=1)
         self._leader = np.full(n, -1)  # for whom each is away
+        self._asked = np.zeros(n, np.int64)  # how many are away for each
         self.led = np.zeros(n, np.int64)  #: how often each has led
         self.state = np.full(n, RESTING)
 
@@ -72,7 +73,7 @@ class Relief:
         Returns:
             False if none of `stalled` may lead any more.
         """
-        self.state[:], self._leader[:] = RESTING, -1
+        self.state[:], self._leader[:], self._asked[:] = RESTING, -1, 0
         scene.aim["moves"], scene.aim["quiet"] = False, _FOREVER
         stalled = stalled[self.led[stalled] < MOST_LED]
         taken = np.zeros(len(self._goal), bool)
@@ -115,12 +116,13 @@ class Relief:
         leader = i if self._leader[i] < 0 else self._leader[i]
         if not 0 <= blocker < len(self._goal) or not self._free[blocker] or self.state[blocker] != RESTING:
             return
-        if np.sum(self._leader == leader) < _JOINING:
+        if self._asked[leader] < _JOINING:
             self._join(aim, blocker, int(leader))
             aim["quiet"][[i, leader]] = 0
 
     def _join(self, aim: np.ndarray, i: int, leader: int) -> None:
         self._leader[i] = leader
+        self._asked[leader] += 1
         self._back[i, 0] = self._goal[i, 0]
         self._send(aim, i, AWAY)
 
