@@ -138,8 +138,9 @@ class EllipticNavigationFunction:
     def _blockers(problem: Problem, drive: Drive, outcomes: tuple[Outcome, ...]) -> dict[int, tuple[int, ...]]:
         """Positioner that did not arrive -> who is in its way; -1 - k is obstacle k."""
         blockers = {i: dropped.blockers for i, dropped in problem.dropped.items() if dropped.blockers}
-        for i, outcome in enumerate(outcomes):
-            if outcome is Outcome.DEADLOCKED and (arm := drive.in_the_way(i)) >= 0:
+        lost = np.array([i for i, outcome in enumerate(outcomes) if outcome is Outcome.DEADLOCKED], np.int64)
+        for i, arm in zip(lost.tolist(), drive.in_the_way(lost).tolist(), strict=True):
+            if arm >= 0:
                 blockers[i] = (arm if arm < problem.n else problem.n - 1 - arm,)
         return dict(sorted(blockers.items()))
 

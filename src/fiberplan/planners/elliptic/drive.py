@@ -148,23 +148,27 @@ class Drive:
             now.known[self._near.near[self._near.offsets[i] : self._near.offsets[i + 1]]["pair"]] = -np.inf
         self._scene.clock[0] = record.track["step"].max()
 
-    def in_the_way(self, i: int) -> int:
-        """The arm that positioner `i` would touch first on a straight way from where it stands to its goal, or -1."""
+    def in_the_way(self, who: np.ndarray) -> np.ndarray:
+        """For each of `who` the arm it would touch first on a straight way from where it stands to its goal, or -1."""
         angles = self.plane.with_obstacles(self.angles).copy()
-        return int(_first_touched(self.plane.arms, self._near, angles, i, self._goal[i], self._now.limit))
+        return _first_touched(self.plane.arms, self._near, angles, who, self._goal, self._now.limit)
 
 
 @kernel
-def _first_touched(arms, near, angles, i, goal, limit):
-    """First arm that arm i does not clear on a straight way to `goal`, looked at a hundred times on the way; or -1."""
-    alpha, beta = angles[i, 0], angles[i, 1]
-    for k in range(1, 101):
-        angles[i, 0] = alpha + (goal[0] - alpha) * k / 100.0
-        angles[i, 1] = beta + (goal[1] - beta) * k / 100.0
-        j = touched(arms, near, angles, i, limit)
-        if j >= 0:
-            return j
-    return -1
+def _first_touched(arms, near, angles, who, goal, limit):
+    """First arm that each of `who` does not clear on a straight way to its goal, seen at a hundred places; or -1."""
+    found = np.full(len(who), -1)
+    for m in range(len(who)):
+        i = who[m]
+        alpha, beta = angles[i, 0], angles[i, 1]
+        for k in range(1, 101):
+            angles[i, 0] = alpha + (goal[i, 0] - alpha) * k / 100.0
+            angles[i, 1] = beta + (goal[i, 1] - beta) * k / 100.0
+            found[m] = touched(arms, near, angles, i, limit)
+            if found[m] >= 0:
+                break
+        angles[i, 0], angles[i, 1] = alpha, beta
+    return found
 
 
 def weighted_width(plane: FocalPlane) -> float:
