@@ -134,6 +134,19 @@ def test_plan_options_reach_the_planner(folder):
     assert read.parameters["skip_noops"] is False
 
 
+def test_options_of_the_elliptic_field_reach_it(folder):
+    settings = {"lambda2": 0.2, "influence": 3.0, "spread": 0.0, "dt": 0.2, "max-time": 90.0}
+    given = [word for name, value in settings.items() for word in (f"--{name}", str(value))]
+    planner = ["--planner", "elliptic-navigation-function", "--relief", "none"]
+    run(["plan", "plane.fits", "field.ecsv", *planner, *given, "--seed", "7", "-o", "plan.fits"])
+    read = fp.Plan.read("plan.fits")
+    assert read.planner == "elliptic-navigation-function"
+    assert read.seed == 7
+    assert {name: read.parameters[name.replace("-", "_")] for name in settings} == settings
+    assert read.parameters["relief"] == "none"
+    assert run(["verify", "plan.fits"]) == 0
+
+
 def touching(plane, goal):
     """The field with one target moved onto a neighbour's arm."""
     goal = goal.copy()
