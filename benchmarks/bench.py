@@ -13,10 +13,10 @@ import statistics
 from pathlib import Path
 
 import numpy as np
-from measure import calibrated, peak_memory, timed
 
 import fiberplan as fp
 from fiberplan.fields import uniform_field
+from measure import calibrated, peak_memory, timed
 
 RINGS = {547: 13, 4_921: 40, 19_927: 81, 99_919: 182}
 

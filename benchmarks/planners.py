@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measure import calibrated
-from runs import Run, run, summary
-from scenes import SCENES, Scene
 
 from fiberplan.errors import FiberplanError
 from fiberplan.files import write_whole
 from fiberplan.planners import PLANNERS
+from measure import calibrated
+from runs import Run, run, summary
+from scenes import SCENES, Scene
 
 DATA = Path(os.environ.get("FIBERPLAN_DATA", Path(__file__).parents[2] / "shared" / "data"))
 QUICK_FIELDS = 2

@@ -9,14 +9,15 @@ import statistics
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
-from measure import peak_memory, timed
 from numba.core.event import install_recorder
 
 import fiberplan as fp
 from fiberplan.errors import FiberplanError
 from fiberplan.planners import Planner
+from measure import peak_memory, timed
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,7 @@ def run(seed: int, make: Callable[[], fp.Problem], planner: Planner) -> Run:
     except FiberplanError as error:
         return Run(seed, refused=str(error))
     except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        return Run(seed, crashed=f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})")
+        return Run(seed, crashed=_where(error))
     counts = {name: len(plan.having(fp.Outcome[name.upper()])) for name in ("arrived", "infeasible", "deadlocked")}
     return Run(
         seed,
@@ -90,6 +90,14 @@ def run(seed: int, make: Callable[[], fp.Problem], planner: Planner) -> Run:
         notes=plan.notes,
         **counts,
     )
+
+
+def _where(error: Exception) -> str:
+    """What went wrong, in one line, and the last line of this project's that it went wrong in."""
+    frames = traceback.extract_tb(error.__traceback__)
+    last = next((f for f in reversed(frames) if "fiberplan" in f.filename), frames[-1])
+    text = next((line for line in str(error).splitlines() if line.strip()), "")
+    return f"{type(error).__name__}: {text} ({Path(last.filename).name}, line {last.lineno})"
 
 
 def _warm(work: Callable[[], fp.Plan]) -> tuple[float, float, fp.Plan]:

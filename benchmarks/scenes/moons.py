@@ -3,9 +3,8 @@
 from functools import cache, partial
 from pathlib import Path
 
-from scenes.scene import Scene
-
 import fiberplan as fp
+from scenes.scene import Scene
 
 SIZES = (250, 500, 1006)
 CASES = 3

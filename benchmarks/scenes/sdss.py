@@ -8,10 +8,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scenes.scene import Scene
 
 import fiberplan as fp
 from fiberplan.fields import uniform_field
+from scenes.scene import Scene
 
 ARRAY = "sdss/apo/wok_calibs/sloanFlatCMM"
 DESIGN = "sdss/jaeger_test_design/confSummary-test.par"

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from scenes.scene import Scene, margin_of
 
 import fiberplan as fp
 from fiberplan.fields import uniform_field
+from scenes.scene import Scene, margin_of
 
 PITCH = 22.4
 

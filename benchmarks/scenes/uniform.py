@@ -6,11 +6,9 @@ Each seed has fields of its own: a problem goes from field 2 seed to field 2 see
 from functools import cache, partial
 from pathlib import Path
 
-import numpy as np
-from scenes.scene import Scene, margin_of
-
 import fiberplan as fp
 from fiberplan.fields import uniform_field
+from scenes.scene import Scene, margin_of
 
 BUFFERS = {1.5: 20, 2.0: 20, 2.5: 50, 3.0: 50}  #: [mm] -> fields
 RINGS = {4_921: 40, 19_441: 80, 99_919: 182}
