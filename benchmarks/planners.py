@@ -25,12 +25,10 @@ from fiberplan.planners import PLANNERS
 from measure import calibrated
 from runs import Run, run, summary
 from scenes import SCENES, Scene
+from settings import LARGEST, settings
 
-DATA = Path(os.environ.get("FIBERPLAN_DATA", Path(__file__).parents[2] / "shared" / "data"))
 QUICK_FIELDS = 2
-SETTINGS: dict[str, dict[str, Any]] = {
-    "greedy-fold": {"step": np.radians(1.0)},  # its own is 0.1 deg: finer steps cost time and gain nothing here
-}
+DATA = Path(os.environ.get("FIBERPLAN_DATA", Path(__file__).parents[2] / "shared" / "data"))
 
 
 def chosen(patterns: Iterable[str], known: Iterable[str], what: str) -> list[str]:
@@ -63,9 +61,9 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     scenes = [SCENES[name] for name in names if SCENES[name].quick or not options.quick]
     planners = chosen(options.planner, PLANNERS, "planner")
-    report: dict[str, Any] = {"python": platform.python_version(), "machine": platform.machine()}
+    report: dict[str, Any] = {"python": platform.python_version(), "machine": platform.machine(), "rows": []}
     write_json(options.json, report)
-    report |= {"calibration [s]": calibrated(1 if options.quick else 3), "rows": []}
+    report |= {"calibration [s]": calibrated(1 if options.quick else 3)}
     print(f"Python {report['python']}, numpy {np.__version__}, {report['machine']}")
     print(f"calibration: 10^8 segment distances in {report['calibration [s]']:.2f} s CPU\n")
     warm(planners, options.data)
@@ -76,17 +74,20 @@ def main(arguments: list[str] | None = None) -> int:
         if (path := scene.missing(options.data)) is not None:
             print(f"{scene.name}: skipped, no {path} (--data, or FIBERPLAN_DATA, says where real data are)")
             continue
+        seeds = seeds_of(scene, options)
+        if not seeds:
+            print(f"{scene.name}: skipped, it has fields 0 to {scene.fields - 1} only")
+            continue
         for name in planners:
-            runs: list[Run] = []
-            row = {"scene": scene.name, "planner": name, "settings": SETTINGS.get(name, {})}
-            for seed in seeds_of(scene, options):
-                planner = PLANNERS[name](**SETTINGS.get(name, {}))
-                runs.append(run(seed, lambda s=scene, k=seed: s.make(k, options.data), planner))
-                done = row | {"summary": summary(runs), "runs": [asdict(r) for r in runs]}
-                write_json(options.json, report | {"rows": [*report["rows"], done]})
-            if not runs:
-                print(f"{scene.name}: skipped, it has fields 0 to {scene.fields - 1} only")
+            if (why := too_large(name, scene, options.data)) is not None:
+                print(f"{scene.name}, {name}: skipped, {why}")
                 continue
+            runs: list[Run] = []
+            for seed in seeds:
+                runs.append(plan_field(name, scene, seed, options.data))
+                done = {"scene": scene.name, "planner": name, "summary": summary(runs)}
+                done["runs"] = [asdict(r) for r in runs]
+                write_json(options.json, report | {"rows": [*report["rows"], done]})
             report["rows"].append(done)
             table.show({"scene": scene.name, "planner": name} | summary(runs))
             failures += [f"{scene.name}, {name}, seed {r.seed}: {why}" for r in runs for why in wrong(r)]
@@ -94,18 +95,35 @@ def main(arguments: list[str] | None = None) -> int:
     return 1 if failures else 0
 
 
+def plan_field(name: str, scene: Scene, seed: int, data: Path) -> Run:
+    """One field of a scene, planned as the table plans it; a field that cannot be made says why."""
+    try:
+        problem = scene.make(seed, data)
+    except (FiberplanError, ValueError) as error:
+        return Run(seed, refused=f"no such field: {error}")
+    return run(seed, problem, PLANNERS[name](**settings(name, problem.plane)))
+
+
+def too_large(name: str, scene: Scene, data: Path) -> str | None:
+    """Why a planner is spared a scene, if it is."""
+    if name not in LARGEST or (count := scene.make(0, data).n) <= LARGEST[name]:
+        return None
+    return f"{count} positioners: it gets at most {LARGEST[name]}"
+
+
 def warm(planners: list[str], data: Path) -> None:
     """Run each planner on the small scenes, so that its kernels are compiled or loaded."""
-    for name in planners:
-        for scene in SCENES.values():
-            if scene.quick:
-                run(0, lambda s=scene: s.make(0, data), PLANNERS[name](**SETTINGS.get(name, {})))
+    for scene in SCENES.values():
+        for name in planners:
+            if scene.quick and too_large(name, scene, data) is None:
+                plan_field(name, scene, 0, data)
 
 
 def wrong(done: Run) -> list[str]:
     """What makes a run a failure: losses do not, they are in the table."""
     crashed = [f"crashed: {done.crashed}"] if done.crashed else []
-    return [*crashed, *(f"not certified: {fault}" for fault in done.faults)]
+    refused = [f"refused: {done.refused}"] if done.refused else []
+    return [*crashed, *refused, *(f"not certified: {fault}" for fault in done.faults)]
 
 
 class Table:

@@ -25,7 +25,7 @@ class Run:
     """One plan, in numbers that JSON can hold; without one (`refused`, `crashed`) the rest is empty."""
 
     seed: int
-    refused: str | None = None  #: the planner's or problem's own words, if it is not meant for this
+    refused: str | None = None  #: the planner's own words, if it is not meant for this
     crashed: str | None = None  #: any other exception, with where it was raised
     positioners: int = 0
     targets: int = 0  #: asked for, dropped ones included
@@ -61,10 +61,9 @@ class Run:
         return self.makespan / self.bound if self.planned and self.bound > 0 else None
 
 
-def run(seed: int, make: Callable[[], fp.Problem], planner: Planner) -> Run:
+def run(seed: int, problem: fp.Problem, planner: Planner) -> Run:
     """Plan one problem, and judge the plan."""
     try:
-        problem = make()
         cpu, wall, plan = _warm(lambda: planner.plan(problem))
         proof, _, faults = timed(plan.faults)
     except FiberplanError as error:

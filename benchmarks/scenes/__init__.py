@@ -4,9 +4,10 @@ To add one, write a function of a seed and the data folder that returns a `fiber
 in its module's `SCENES`.
 """
 
-from scenes import moons, sdss, small, uniform
+from scenes import miradas, moons, sdss, small, uniform
 from scenes.scene import Scene
 
-SCENES: dict[str, Scene] = {s.name: s for s in (*small.SCENES, *uniform.SCENES, *sdss.SCENES, *moons.SCENES)}
+MODULES = (small, miradas, uniform, sdss, moons)
+SCENES: dict[str, Scene] = {scene.name: scene for module in MODULES for scene in module.SCENES}
 
 __all__ = ["SCENES", "Scene"]
