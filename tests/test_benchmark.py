@@ -1,6 +1,7 @@
 """The benchmark's scenes are seeded, valid and decisive, and its table says what a plan is worth."""
 
 import json
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -290,3 +291,13 @@ def test_bad_options(arguments, said, capsys):
         table.main(arguments)
     assert left.value.code == 2
     assert said in capsys.readouterr().err
+
+
+def test_the_document_names_what_there_is():
+    """Its columns are those of a row, and its example of a planned field runs as it stands."""
+    text = (Path(__file__).parents[1] / "docs/benchmark.md").read_text()
+    described = re.findall(r"^\| ([a-zA-Z \[\],]+?) \|", text.split("## Reading")[1].split("##")[0], flags=re.MULTILINE)
+    names = [name for cell in described[1:] for name in cell.split(", ")]
+    assert names == list(summary([]))
+    assert set(re.findall(r'SCENES\["([^"]+)"\]', text)) <= set(SCENES)
+    assert set(re.findall(r"--scene ([^ \"]+)", text)) <= {"547-*", *SCENES}
