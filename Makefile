@@ -8,7 +8,7 @@ CHROMIUM := chromium chromium-browser google-chrome
 # its cache is emptied when any file with a kernel has changed.
 KERNELS := $(shell grep -rlE --include='*.py' '^@(kernel|leaf|inlined)' src/fiberplan)
 
-.PHONY: demo test check bench picture browser format clean
+.PHONY: demo test check bench bench-planners picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed $(VENV)/.kernels ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -25,6 +25,9 @@ check: $(VENV)/.test $(VENV)/.kernels
 
 bench: $(VENV)/.installed $(VENV)/.kernels ## the figures of the README
 	$(BIN)/python benchmarks/bench.py
+
+bench-planners: $(VENV)/.installed $(VENV)/.kernels ## every planner on every scene; OPTIONS="--quick" for the small ones
+	$(BIN)/python benchmarks/planners.py $(OPTIONS)
 
 picture: demo ## the picture of the README
 	$(BIN)/python docs/picture.py demo/plan.fits docs/plan.png

@@ -9,44 +9,16 @@ Usage: python benchmarks/bench.py [--quick] [--json FILE]
 import argparse
 import json
 import platform
-import resource
 import statistics
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 import fiberplan as fp
 from fiberplan.fields import uniform_field
-from fiberplan.kernels.compile import kernel
-from fiberplan.kernels.segments import segment_to_segment
+from measure import calibrated, peak_memory, timed
 
-SEGMENTS = 10**8
 RINGS = {547: 13, 4_921: 40, 19_927: 81, 99_919: 182}
-
-
-@kernel
-def calibration(x, count):
-    """`count` segment distances [mm^2], summed so that none can be left out."""
-    total = 0.0
-    for k in range(count):
-        a, b = x[k & 7], x[(k + 3) & 7]
-        d2, _, _ = segment_to_segment(0.0, 0.0, a, 1.0, b, 2.0, 3.0, a + b)
-        total += d2
-    return total
-
-
-def timed(work: Callable[[], object]) -> tuple[float, float, object]:
-    """CPU seconds, wall seconds and result of `work`."""
-    wall, cpu = time.perf_counter(), time.process_time()
-    result = work()
-    return time.process_time() - cpu, time.perf_counter() - wall, result
-
-
-def peak_memory() -> float:
-    """Peak resident memory of this process so far [MiB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def array(n: int) -> fp.FocalPlane:
@@ -92,14 +64,12 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="also write the rows to this file")
     options = parser.parse_args()
 
-    x = np.random.default_rng(0).random(8)
-    calibration(x, 10)
-    loops = [timed(lambda: calibration(x, SEGMENTS))[0] for _ in range(1 if options.quick else 3)]
+    loop = calibrated(1 if options.quick else 3)
     small = array(547)
     warm = fp.Problem(small, small.folded, uniform_field(small, 0, 1.0), 1.0)
     fp.planners.GreedyFold(step=np.radians(1.0)).plan(warm).certificate  # noqa: B018 compiles every kernel
     print(f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}")
-    print(f"calibration: 10^8 segment distances in {statistics.median(loops):.2f} s CPU\n")
+    print(f"calibration: 10^8 segment distances in {loop:.2f} s CPU\n")
 
     seeds = 5 if options.quick else 21
     rows = [fold_row(small, np.radians(step), 0.0, seeds) for step in (1.0, 0.1)]
@@ -113,7 +83,7 @@ def main() -> None:
     for row in rows:
         print(" | ".join(f"{row[name]:.4g}" for name in names))
     if options.json:
-        options.json.write_text(json.dumps({"calibration [s]": statistics.median(loops), "rows": rows}, indent=1))
+        options.json.write_text(json.dumps({"calibration [s]": loop, "rows": rows}, indent=1))
 
 
 if __name__ == "__main__":

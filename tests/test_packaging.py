@@ -34,8 +34,8 @@ def test_readme_names_only_commands_that_exist():
 
     named = re.findall(r"(?:^|`)fiberplan\s([a-z]+)", README, flags=re.MULTILINE)
     assert set(named) == set(get_command(app).commands) - {"demo"}  # which is `make demo`
-    targets = set(re.findall(r"^([a-z]+):", MAKEFILE, flags=re.MULTILINE))
-    assert set(re.findall(r"\bmake ([a-z]+)\b(?=`|  )", README)) <= targets
+    targets = set(re.findall(r"^([a-z-]+):", MAKEFILE, flags=re.MULTILINE))
+    assert set(re.findall(r"\bmake ([a-z-]+)\b(?=`|  )", README)) <= targets
 
 
 @pytest.mark.parametrize("link", re.findall(r"\]\(((?!http)[^)]+)\)", README))
