@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from fiberplan.planners.amend import amend
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
@@ -13,4 +14,4 @@ PLANNERS: dict[str, Callable[..., Planner]] = {
     "prioritized-roadmap": PrioritizedRoadmap,
 }
 
-__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner", "PrioritizedRoadmap"]
+__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner", "PrioritizedRoadmap", "amend"]
