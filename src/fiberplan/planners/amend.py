@@ -29,8 +29,8 @@ def amend(plan: Plan, positioner: int | str, goal: ArrayLike, longer: float = 0.
         longer: part of the makespan that may be added where there is no way without.
 
     Raises:
-        ProblemError: no such positioner, an offline one, or one with a third link; or a goal that is out of range, half NaN, or in contact with
-            another goal or with something at rest.
+        ProblemError: no such positioner, an offline one, or one with a third link; or a goal that is out of range, half
+            NaN, or in contact with another goal or with something at rest.
         PlanError: the plan is not safe as it is.
     """
     begun = process_time()
@@ -120,9 +120,7 @@ def _amended_problem(problem: Problem, i: int, goal: ArrayLike) -> Problem:
         alternatives = np.array(alternatives)
         alternatives[i] = np.nan  # they reach the old target
     dropped = {k: why for k, why in problem.dropped.items() if k != i}
-    return dataclasses.replace(
-        problem, goal=requested, alternatives=alternatives, dropped=dropped, conflicts="raise"
-    )
+    return dataclasses.replace(problem, goal=requested, alternatives=alternatives, dropped=dropped, conflicts="raise")
 
 
 def _ends(plan: Plan, problem: Problem, i: int) -> np.ndarray:

@@ -27,7 +27,7 @@ from fiberplan.planners.direct.repair import (
     repair,
 )
 from fiberplan.planners.direct.trim import as_trajectory
-from fiberplan.planners.patch import Patch, part_of_motion, patch_around, sampled, with_part
+from fiberplan.planners.patch import part_of_motion, patch_around, sampled, with_part
 from fiberplan.planners.straighten import straighten
 from fiberplan.problem import Problem
 from fiberplan.trajectory import Trajectory
@@ -35,10 +35,10 @@ from fiberplan.trajectory import Trajectory
 _GAP = 3e-3  # [mm] beyond the margin: neighbours within it are looked at
 _TURN = np.radians(6.0)  # of the fastest joint in a step
 _MOST_STEPS = 120, 400  # a motion that lasts longer is searched in longer steps: at first, and later
-_FEWEST_STEPS = 20
+_FEWEST_STEPS = 20  # where some are to be added
 _REPAIRS = (5, 30, 60, 120, 120)  # replans in each round; before the next, those in contact are freed
 _TOGETHER = 2  # from this round on pairs may be moved together, which is dear
-_MOST_TOGETHER = 10  # such moves in a round
+_MOST_TOGETHER = 6  # such moves in all rounds
 _CHUNK = 5  # replans between looks at how many there were
 _MOST_FREED = 10
 _PROOFS = 4  # looks at a result; between them, pairs that failed are kept farther apart
@@ -54,9 +54,7 @@ class Way(NamedTuple):
     blockers: tuple[int, ...]  #: without a way: who was in the way; -1 - k is obstacle k
 
 
-def reroute(
-    problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int
-) -> Way:
+def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int) -> Way:
     """Lead positioner `amended` to its end, everyone else as before as far as that goes.
 
     Args:
@@ -72,10 +70,11 @@ def reroute(
     horizon = max(motion.duration, needed)
     blockers: tuple[int, ...] = ()
     for added in sorted({0.0, longer}):
-        free = [amended]
+        free, together = [amended], _MOST_TOGETHER
         for turn, most in enumerate(_REPAIRS):
-            attempt = _Attempt(problem, motion, ends, free, horizon, added, turn, seed)
+            attempt = _Attempt(problem, motion, ends, free, horizon, added, turn, together * (turn >= _TOGETHER), seed)
             found = attempt.run(amended, most)
+            together = max(0, together - attempt.moved_together)
             if found is not None:
                 return Way(*found, ())
             blockers = blockers or attempt.in_contact_with([amended])
@@ -96,6 +95,7 @@ class _Attempt:
         horizon: float,
         added: float,
         turn: int,
+        together: int,
         seed: int,
     ):
         self._motion, self._margin, self._limit = motion, problem.margin, problem.margin + SLACK
@@ -105,7 +105,8 @@ class _Attempt:
         movable = np.isin(np.arange(plane.n), self._free)
         goal = np.where(movable[:, None], ends[patch.who], start)
         longest = max(longest_step(plane, start, goal, _TURN), horizon / _MOST_STEPS[turn > 0])
-        longest = min(longest, horizon / _FEWEST_STEPS)
+        if added:
+            longest = min(longest, horizon / _FEWEST_STEPS)
         steps = max(1, int(np.ceil(horizon / longest - 1e-9)))
         self._duration = horizon / steps
         steps += int(added * steps)
@@ -113,6 +114,7 @@ class _Attempt:
         self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps)
         self._lattice.path[: plane.n] = sampled(self._before, self._duration * np.arange(steps + 1))
         self._as_before = self._lattice.path.copy()
+        self._together = together
         self._pairs = plane.arm_pairs_within(problem.margin + _GAP)
         offsets, near = neighbour_lists(len(plane.arms.arm), self._pairs)
         self._near = Neighbourhood(len(self._pairs), read_only(offsets, np.int64), read_only(near, NEAR))
@@ -120,8 +122,13 @@ class _Attempt:
         able = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
         self._search.weight[:] = np.where(able[self._pairs].all(axis=1), _CLOSE, _SHUT)
         self._search.needs[:] = 1  # how long a pair needs alone is not asked here
-        if turn < _TOGETHER:
+        if not together:
             self._search.tries[:] = -sum(_REPAIRS)
+
+    @property
+    def moved_together(self) -> int:
+        """How often pairs were moved together."""
+        return int(self._search.work[1])
 
     def run(self, amended: int, most: int) -> tuple[Trajectory, tuple[int, ...]] | None:
         """Everybody's motion and who moves otherwise than before, if `most` replans find a way that is proven."""
@@ -133,12 +140,12 @@ class _Attempt:
         for _ in range(_PROOFS):
             note_all(search)
             for _ in range(0, most, _CHUNK):
-                solved = SOLVED == repair(
+                result = repair(
                     arms, self._near, lattice, self._pairs, search, scratch, self._limit, lattice.steps, _CHUNK
                 )
-                if solved or search.work[1] > _MOST_TOGETHER:
+                if result == SOLVED or self.moved_together > self._together:
                     break
-            if not solved:
+            if result != SOLVED:
                 return None
             changed = [i for i in self._free if not np.array_equal(lattice.path[i], self._as_before[i])]
             motion = self._as_motion(np.array(changed, np.int64))
