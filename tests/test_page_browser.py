@@ -242,7 +242,7 @@ def test_what_set_the_duration(open_page):
     assert f"need {diagnosis.bound_by.needed:.2f} s" in words
     assert "reversals of alpha\nmedian 0, at most 0" in words
     first = diagnosis.slowest[0]
-    assert f"stops at {first.stops:.2f} s, its joints need {first.needed:.2f} s" in words
+    assert f"stops at {first.stops:.2f} s, needs {first.needed:.2f} s" in words
     page.locator("#diagnosis .chips", has_text="stops at").first.get_by_role("button").click()
     assert page.locator("#selected .name").inner_text() == first.id
 

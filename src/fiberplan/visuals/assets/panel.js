@@ -136,7 +136,7 @@ function fillDiagnosis(actions) {
   const seconds = (t) => (t === null ? "never" : t.toFixed(2) + " s");
   const who = ({ positioner }) => button(plan.ids[positioner], () => actions.goTo(positioner));
   const rows = slowest.map((one) =>
-    element("div", { class: "chips" }, who(one), `stops at ${seconds(one.stops)}, its joints need ${seconds(one.needed)}`),
+    element("div", { class: "chips" }, who(one), `stops at ${seconds(one.stops)}, needs ${seconds(one.needed)}`),
   );
   const turns = ({ median, most, positioner }) =>
     `median ${median}, at most ${most}` + (positioner === null ? "" : ` (${plan.ids[positioner]})`);
