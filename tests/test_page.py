@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fiberplan.bodies import Body, Obstacle
+from fiberplan.diagnosis import diagnose
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome, Plan
@@ -116,6 +117,30 @@ def test_data_is_the_plan():
     assert [contact["pair"] for contact in data["certificate"]["contacts"]] == [
         list(c.pair) for c in plan.certificate.contacts
     ]
+
+
+def test_diagnosis_is_the_librarys():
+    plan = small_plan()
+    data, diagnosis = page_data(plan), diagnose(plan)
+    assert data["causes"] == {str(loss.positioner): loss.cause for loss in diagnosis.losses}
+    assert HOSTILE in data["causes"][str(LOST)]
+    for loss in diagnosis.losses:
+        shown = data["diagnosis"]["losses"][str(loss.positioner)]
+        assert shown == {"priority": loss.priority, "distance": pytest.approx(loss.distance)}
+    assert {LOST, STUCK} <= {loss.positioner for loss in diagnosis.losses}
+    assert [one["positioner"] for one in data["diagnosis"]["slowest"]] == [s.positioner for s in diagnosis.slowest]
+    assert data["diagnosis"]["boundBy"]["needed"] == diagnosis.bound_by.needed
+    assert data["diagnosis"]["reversals"]["alpha"] == {"median": 0.0, "most": 0, "positioner": None}
+
+
+def test_a_target_out_of_reach_has_no_distance():
+    plan = small_plan()
+    goal = plan.problem.requested.copy()
+    goal[LOST] = np.nan
+    problem = Problem(plan.problem.plane, plan.problem.start, goal, 0.5, dropped={LOST: Dropped("out of reach")})
+    data = page_data(Plan(problem, plan.trajectory, plan.outcomes, "none"))
+    assert data["diagnosis"]["losses"][str(LOST)]["distance"] is None
+    json.dumps(data, allow_nan=False)
 
 
 def test_proven_clearance_names_the_tightest_neighbour():

@@ -10,8 +10,9 @@ import shutil
 import numpy as np
 import pytest
 
+from fiberplan.diagnosis import diagnose
 from fiberplan.visuals import show
-from test_page import CENTRE, HOSTILE, MIXED, RIGHT, STUCK, small_plan, still_plan
+from test_page import CENTRE, HOSTILE, MIXED, OFFLINE, RIGHT, STUCK, small_plan, still_plan
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROME = os.environ.get("CHROME") or next(
@@ -196,6 +197,54 @@ def test_lost_targets_say_why_and_lead_there(open_page):
     assert f"{plan.problem.plane.ids[8]}, F1" in words
     page.keyboard.press("Escape")
     page.locator("#selected").wait_for(state="hidden")
+
+
+def red(page):
+    """Whether the canvas has a pixel of the colour of blame, once what was asked for is drawn."""
+    picture(page)
+    return page.evaluate(
+        """() => {
+          const { width, height } = document.getElementById("field");
+          const ink = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+          ink.drawImage(document.getElementById("field"), 0, 0);
+          const { data } = ink.getImageData(0, 0, width, height);
+          for (let k = 0; k < data.length; k += 4)
+            if (data[k] === 0xbf && data[k + 1] === 0 && data[k + 2] === 0x29) return true;
+          return false;
+        }"""
+    )
+
+
+def test_a_loss_shows_who_is_in_the_way(open_page):
+    plan = small_plan()
+    page = open_page(plan, color_scheme="light")
+    item = page.locator("#losses .item", has_text=plan.problem.plane.ids[STUCK])
+    distance = next(loss.distance for loss in diagnose(plan).losses if loss.positioner == STUCK)
+    assert f"priority 1, ends {distance:.3f} mm from its target" in item.inner_text()
+    assert "it ends where it starts" in item.inner_text()
+    page.keyboard.press("0")
+    assert not red(page)
+    item.get_by_role("button", name=plan.problem.plane.ids[STUCK], exact=True).click()
+    page.wait_for_timeout(450)
+    assert red(page)
+    page.keyboard.press("Escape")
+    assert not red(page)
+    offline = page.locator("#losses .chips", has_text="asked of positioners that cannot move")
+    assert offline.get_by_role("button").all_inner_texts() == [plan.problem.plane.ids[OFFLINE]]
+
+
+def test_what_set_the_duration(open_page):
+    plan = small_plan()
+    page = open_page(plan)
+    diagnosis, words = diagnose(plan), page.locator("#diagnosis").inner_text()
+    assert number(words, "duration") == pytest.approx(plan.makespan, abs=0.006)
+    assert number(words, "lower bound") == pytest.approx(diagnosis.lower_bound, abs=0.006)
+    assert f"need {diagnosis.bound_by.needed:.2f} s" in words
+    assert "reversals of alpha\nmedian 0, at most 0" in words
+    first = diagnosis.slowest[0]
+    assert f"stops at {first.stops:.2f} s, needs {first.needed:.2f} s" in words
+    page.locator("#diagnosis .chips", has_text="stops at").first.get_by_role("button").click()
+    assert page.locator("#selected .name").inner_text() == first.id
 
 
 def test_verdicts(open_page):

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from fiberplan import planners
     from fiberplan.bodies import Body, Obstacle
     from fiberplan.certificates import Certificate, Contact, verify
+    from fiberplan.diagnosis import diagnose
     from fiberplan.errors import FiberplanError
     from fiberplan.focal_plane import FocalPlane
     from fiberplan.plan import Outcome, Plan
@@ -33,6 +34,7 @@ _HOME = {
     "Problem": "problem",
     "Targets": "targets",
     "Trajectory": "trajectory",
+    "diagnose": "diagnosis",
     "show": "visuals",
     "verify": "certificates",
 }
@@ -50,6 +52,7 @@ __all__ = [
     "Problem",
     "Targets",
     "Trajectory",
+    "diagnose",
     "planners",
     "show",
     "verify",

@@ -9,6 +9,7 @@ import typer
 
 from fiberplan import __version__
 from fiberplan.cli.demo import demo
+from fiberplan.cli.diagnose import diagnose
 from fiberplan.cli.export import export
 from fiberplan.cli.instruments import instruments
 from fiberplan.cli.output import complain, say
@@ -31,7 +32,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-for command in (demo, plan, verify, show, export, instruments, reproduce, warmup):
+for command in (demo, plan, verify, diagnose, show, export, instruments, reproduce, warmup):
     app.command()(command)
 
 

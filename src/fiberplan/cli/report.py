@@ -16,12 +16,12 @@ def name_of(plane: "FocalPlane", index: int) -> str:
 
 def lost_targets(plan: "Plan") -> Iterator[str]:
     """One line for each target that is lost: the positioner, the cause, and who is in the way."""
-    plane, dropped = plan.problem.plane, plan.problem.dropped
-    for i in (int(i) for i in plan.lost):
-        cause = dropped[i].cause if i in dropped else plan.outcomes[i].value
-        in_the_way = plan.blockers.get(i, ()) or (dropped[i].blockers if i in dropped else ())
-        blockers = f"; in the way: {', '.join(name_of(plane, b) for b in in_the_way)}" if in_the_way else ""
-        yield f"lost {plane.ids[i]}: {cause}{blockers}"
+    from fiberplan.diagnosis import losses
+
+    for loss in losses(plan):
+        if loss.positioner in plan.lost:
+            blockers = f"; in the way: {', '.join(loss.names)}" if loss.names else ""
+            yield f"lost {loss.id}: {loss.cause}{blockers}"
 
 
 def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:

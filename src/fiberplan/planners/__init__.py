@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from fiberplan.planners.amend import amend
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.elliptic_navigation import EllipticNavigationFunction
 from fiberplan.planners.greedy_fold import GreedyFold
@@ -15,4 +16,4 @@ PLANNERS: dict[str, Callable[..., Planner]] = {
     "prioritized-roadmap": PrioritizedRoadmap,
 }
 
-__all__ = ["PLANNERS", "Direct", "EllipticNavigationFunction", "GreedyFold", "Planner", "PrioritizedRoadmap"]
+__all__ = ["PLANNERS", "Direct", "EllipticNavigationFunction", "GreedyFold", "Planner", "PrioritizedRoadmap", "amend"]

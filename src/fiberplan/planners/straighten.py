@@ -133,10 +133,10 @@ def _refused_by(arms, knots, offsets, counts, near, i, a, b, place, limit):
 
 
 @kernel
-def _straighten(arms, knots, offsets, near, limit):
-    """Thin out the knots of each positioner in place; returns how many are left to each."""
+def _straighten(arms, knots, offsets, near, limit, who):
+    """Thin out the knots of each of the positioners `who` in place; returns how many are left to every one."""
     counts = offsets[1:] - offsets[:-1]
-    for i in range(len(counts)):
+    for i in who:
         kept = a = offsets[i]
         end = offsets[i] + counts[i] - 1
         refusal = -1
@@ -163,12 +163,20 @@ def as_knots(trajectory: Trajectory) -> np.ndarray:
 
 
 def straighten(
-    plane: FocalPlane, trajectory: Trajectory, margin: float, near: Neighbourhood | None = None
+    plane: FocalPlane,
+    trajectory: Trajectory,
+    margin: float,
+    near: Neighbourhood | None = None,
+    who: np.ndarray | None = None,
 ) -> Trajectory:
-    """The same start, end and duration with fewer knots, as safe at `margin` [mm] as the input."""
+    """The same start, end and duration with fewer knots, as safe at `margin` [mm] as the input.
+
+    Only those of the positioners `who` (k,), if given, are thinned out.
+    """
     near = near or Neighbourhood.of(plane, margin)
     knots = as_knots(trajectory)
-    counts = _straighten(plane.arms, knots, trajectory.offsets, near, margin + SLACK)
+    who = np.arange(trajectory.n) if who is None else who
+    counts = _straighten(plane.arms, knots, trajectory.offsets, near, margin + SLACK, who)
     keep = np.arange(len(knots)) - np.repeat(trajectory.offsets[:-1], np.diff(trajectory.offsets))
     keep = keep < np.repeat(counts, np.diff(trajectory.offsets))
     offsets = np.concatenate([[0], np.cumsum(counts)])

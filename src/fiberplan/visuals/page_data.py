@@ -11,6 +11,7 @@ import numpy as np
 
 from fiberplan.bodies import LINKS
 from fiberplan.certificates import Certificate, Contact
+from fiberplan.diagnosis import Diagnosis, Reversals, Slow, diagnose
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Plan
 from fiberplan.visuals import style
@@ -26,6 +27,7 @@ def page_data(plan: Plan) -> dict[str, Any]:
     problem, plane, motion = plan.problem, plan.problem.plane, plan.trajectory
     names = list(style.OUTCOMES)
     smallest, partner = proven_clearance(plan)
+    diagnosis = diagnose(plan)
     return {
         "name": plane.name,
         "summary": str(plan),
@@ -60,9 +62,31 @@ def page_data(plan: Plan) -> dict[str, Any]:
         **_bars(plane),
         "bodies": [_shape(body) | {"link": LINKS[body.link]} for body in plane.bodies],
         "obstacles": [_shape(obstacle) for obstacle in plane.obstacles],
-        "causes": {str(i): dropped.cause for i, dropped in problem.dropped.items()},
+        "causes": {str(loss.positioner): loss.cause for loss in diagnosis.losses},
+        "diagnosis": _diagnosis(diagnosis),
         "blockers": {str(i): [int(b) for b in who] for i, who in plan.blockers.items() if len(who)}
         | {str(i): list(map(int, dropped.blockers)) for i, dropped in problem.dropped.items() if dropped.blockers},
+    }
+
+
+def _diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What is left of each loss, and what set the makespan."""
+
+    def slow(one: Slow) -> dict[str, Any]:
+        return {"positioner": one.positioner, "stops": _finite(one.stops), "needed": one.needed}
+
+    def reversals(count: Reversals) -> dict[str, Any]:
+        return {"median": count.median, "most": count.most, "positioner": count.positioner}
+
+    return {
+        "losses": {
+            str(loss.positioner): {"priority": loss.priority, "distance": _finite(loss.distance)}
+            for loss in diagnosis.losses
+        },
+        "boundBy": None if diagnosis.bound_by is None else slow(diagnosis.bound_by),
+        "slowest": [slow(one) for one in diagnosis.slowest],
+        "pairBounds": list(map(str, diagnosis.pair_bounds)),
+        "reversals": {"alpha": reversals(diagnosis.alpha), "beta": reversals(diagnosis.beta)},
     }
 
 
@@ -141,14 +165,16 @@ def statement(certificate: Certificate) -> str:
     return f"Not safe: {found} at a margin of {certificate.margin:g} mm"
 
 
-def _contact(contact: Contact) -> dict[str, Any]:
+def _finite(value: float) -> float | None:
     """JSON has no infinities or NaN: a value that is not finite becomes null."""
-    gap = float(contact.clearance)
-    time = float(contact.time)
+    return float(value) if np.isfinite(value) else None
+
+
+def _contact(contact: Contact) -> dict[str, Any]:
     return {
         "pair": [int(k) for k in contact.pair],
-        "time": time if np.isfinite(time) else 0.0,
-        "clearance": gap if np.isfinite(gap) else None,
+        "time": _finite(contact.time) or 0.0,
+        "clearance": _finite(contact.clearance),
     }
 
 

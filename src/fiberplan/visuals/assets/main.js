@@ -56,6 +56,15 @@ const actions = {
     if (arm >= 0) state.selected = arm;
     closeUp(...placeOf(arm));
   },
+  // A positioner together with those in its way, all of them in the picture.
+  blame(i) {
+    state.selected = i;
+    const known = (arm) => arm < n && arm >= -plan.obstacles.length;
+    const places = [i, ...blockersOf(i).filter(known)].map(placeOf);
+    const side = (k, sign) => Math.max(...places.map((place) => sign * place[k] + place[2]));
+    const [right, left, top, bottom] = [side(0, 1), -side(0, -1), side(1, 1), -side(1, -1)];
+    closeUp((left + right) / 2, (bottom + top) / 2, Math.max(right - left, top - bottom) / 2.5);
+  },
   contact(contact) {
     const arm = contact.pair.find((k) => k >= 0) ?? contact.pair[0];
     state.selected = arm >= 0 ? arm : null;
@@ -163,5 +172,6 @@ fillHeader();
 fillTrouble(actions);
 fillLegend(state, actions);
 fillLosses(actions);
+fillDiagnosis(actions);
 fillAbout();
 redraw();

@@ -104,19 +104,56 @@ function chips(words, arms, actions) {
 
 const why = (i) => plan.causes[i] ?? outcomeOf(i).meaning;
 
+// Who lost a target and why. Pressing one shows it together with those in its way.
 function fillLosses(actions) {
+  const { losses } = plan.diagnosis;
+  const left = ({ priority, distance }) =>
+    "priority " + Number(priority.toPrecision(6)) + (distance === null ? "" : ", ends " + millimetres(distance) + " from its target");
   const rows = lost.map((i) =>
     element(
       "div",
       { class: "item", colour: outcomeOf(i).key },
       element("span", { class: "what" }, outcomeOf(i).label),
-      button(plan.ids[i], () => actions.goTo(i)),
+      button(plan.ids[i], () => actions.blame(i)),
       element("p", {}, why(i)),
+      element("p", { class: "left" }, left(losses[i])),
       chips("in the way", blockersOf(i), actions),
     ),
   );
   const none = element("p", {}, groups[0].length ? "None: every target is reached." : "None: no target was asked for.");
-  fill("losses", element("h2", {}, `Lost targets (${lost.length})`), ...(rows.length ? capped(rows) : [none]));
+  const offline = Object.keys(losses).map(Number).filter((i) => !lost.includes(i));
+  fill(
+    "losses",
+    element("h2", {}, `Lost targets (${lost.length})`),
+    ...(rows.length ? capped(rows) : [none]),
+    chips("asked of positioners that cannot move", offline.slice(0, 100), actions),
+  );
+}
+
+// What set the duration, and how smooth the motion is.
+function fillDiagnosis(actions) {
+  const { boundBy, slowest, pairBounds, reversals } = plan.diagnosis;
+  const seconds = (t) => (t === null ? "never" : t.toFixed(2) + " s");
+  const who = ({ positioner }) => button(plan.ids[positioner], () => actions.goTo(positioner));
+  const rows = slowest.map((one) =>
+    element("div", { class: "chips" }, who(one), `stops at ${seconds(one.stops)}, needs ${seconds(one.needed)}`),
+  );
+  const turns = ({ median, most, positioner }) =>
+    `median ${median}, at most ${most}` + (positioner === null ? "" : ` (${plan.ids[positioner]})`);
+  fill(
+    "diagnosis",
+    element("h2", {}, "Diagnosis"),
+    facts([
+      ["duration", seconds(plan.duration)],
+      ["lower bound", seconds(plan.lowerBound)],
+      ["reversals of alpha", turns(reversals.alpha)],
+      ["reversals of beta", turns(reversals.beta)],
+    ]),
+    boundBy && element("div", { class: "chips" }, "slowest joints:", who(boundBy), `need ${seconds(boundBy.needed)}`),
+    rows.length ? element("p", { class: "key" }, "Last to stop:") : null,
+    ...rows,
+    ...pairBounds.map((note) => element("p", { class: "key" }, note)),
+  );
 }
 
 function fillAbout() {

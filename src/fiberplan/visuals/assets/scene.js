@@ -36,7 +36,7 @@ class Scene {
     if (focus !== null) this.patrol(focus);
     this.alphaLinks();
     groups.forEach((members, o) => this.arms(members, o));
-    if (focus !== null) blockersOf(focus).forEach((arm) => this.outline(arm, colours.ink));
+    if (focus !== null) blockersOf(focus).forEach((arm) => this.outline(arm, colours.contact, undefined, 4));
     for (const i of new Set([this.state.hovered, this.state.selected])) if (i !== null) this.outline(i, colours.ink);
     groups.forEach((members, o) => this.goals(members, o));
     this.touching();
@@ -194,9 +194,9 @@ class Scene {
   }
 
   // An arm again, on top and with a rim: the one looked at, those in its way, those in contact.
-  outline(arm, rim, colour = arm < 0 ? this.colours.obstacle : this.outcomes[plan.outcome[arm]]) {
+  outline(arm, rim, colour = arm < 0 ? this.colours.obstacle : this.outcomes[plan.outcome[arm]], wider = 0) {
     if (arm < -plan.obstacles.length || arm >= n) return;
-    const bodies = solidsNow(arm), extra = Math.min(5, 1 + this.view.scale);
+    const bodies = solidsNow(arm), extra = wider + Math.min(5, 1 + this.view.scale);
     for (const solid of bodies) this.solid(solid, rim, extra);
     for (const solid of bodies) this.solid(solid, colour);
     if (arm >= 0 && this.view.scale > 2.5) this.fibers([arm]);

@@ -1,0 +1,88 @@
+"""``fiberplan diagnose``: why a plan is as it is."""
+
+import dataclasses
+import json as json_format
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fiberplan.cli.options import PlanArgument
+from fiberplan.cli.output import say, working
+
+if TYPE_CHECKING:
+    from fiberplan.diagnosis import Diagnosis, Loss, Reversals
+    from fiberplan.plan import Plan
+
+
+def diagnose(
+    plan: PlanArgument,
+    json: Annotated[bool, typer.Option("--json", help="Print it as JSON (mm, s).")] = False,
+) -> None:
+    """Say who did not arrive, why and who was in the way, what set the makespan, and how often joints turn back.
+
+    Exit 0 if every target is reached and the motion is proven safe, 1 if not.
+    """
+    with working("diagnosing"):
+        from fiberplan.diagnosis import diagnose as find_causes
+        from fiberplan.plan import Plan
+
+        read = Plan.read(plan)
+        diagnosis, faults = find_causes(read), read.faults()
+    if json:
+        say(json_format.dumps(_plain(diagnosis, faults), indent=2, allow_nan=False))
+    else:
+        say(str(read), style="bold")
+        for line in (*map(_loss, diagnosis.losses), *faults):
+            say(line, style="yellow")
+        for line in _time(diagnosis, read):
+            say(line)
+    raise typer.Exit(1 if faults or len(read.lost) else 0)
+
+
+def _loss(loss: "Loss") -> str:
+    """Outcome, cause, priority, distance and blockers of one loss."""
+    facts = [f"priority {loss.priority:g}"]
+    if not math.isnan(loss.distance):
+        facts.append(f"{loss.distance:.3f} mm from its target")
+    if loss.names:
+        facts.append(f"in the way: {', '.join(loss.names)}")
+    outcome = loss.outcome.name.lower()
+    return f"{'offline' if outcome == 'offline' else 'lost'} {loss.id}: {outcome}, {loss.cause}; {'; '.join(facts)}"
+
+
+def _time(diagnosis: "Diagnosis", plan: "Plan") -> Iterator[str]:
+    """What set the makespan, and how smooth the motion is."""
+    if diagnosis.bound_by is not None:
+        slow = diagnosis.bound_by
+        yield f"slowest joints: {slow.id} needs {slow.needed:.3f} s, and stops at {slow.stops:.3f} s"
+    if diagnosis.slowest:
+        last = ", ".join(f"{s.id} at {s.stops:.3f} s (needs {s.needed:.3f} s)" for s in diagnosis.slowest)
+        yield f"last to stop: {last}"
+    yield from diagnosis.pair_bounds
+    for joint, count in (("alpha", diagnosis.alpha), ("beta", diagnosis.beta)):
+        yield f"reversals of {joint}: {_reversals(count, plan)}"
+
+
+def _reversals(count: "Reversals", plan: "Plan") -> str:
+    who = "" if count.positioner is None else f" ({plan.problem.plane.ids[count.positioner]})"
+    return f"median {count.median:g}, at most {count.most}{who}"
+
+
+def _plain(diagnosis: "Diagnosis", faults: list[str]) -> dict[str, Any]:
+    """As JSON knows it: no NaN, outcomes by name."""
+    fields = dataclasses.asdict(diagnosis) | {"faults": faults}
+    return _without_nan(fields | {"losses": [_plain_loss(loss) for loss in diagnosis.losses]})
+
+
+def _plain_loss(loss: "Loss") -> dict[str, Any]:
+    return dataclasses.asdict(loss) | {"outcome": loss.outcome.name}
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
