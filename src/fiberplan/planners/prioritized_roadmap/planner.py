@@ -22,8 +22,9 @@ class PrioritizedRoadmap:
     """Prioritized planning over roadmaps in joint space, with a limit on start-stops.
 
     Every step is shown clear as a whole, at every `collision_dt` or by the motion bound, so plans need no buffer for
-    what happens between looks. On failure other priority orders are tried, then the arm that failed most loses its
-    target; if it cannot even retract it stays where it is and everyone plans around it.
+    what happens between looks. On failure other priority orders are tried, and then the order that loses least is
+    taken: whoever fails in it loses its target and retracts, or stays where it is. One that can do neither in any order
+    is held from the beginning, and everyone plans around it.
 
     Raises:
         ProblemError: a setting that makes no sense; planning raises it for a step longer than the longest edge takes.
@@ -90,7 +91,6 @@ class _Search:
         self.held: set[int] = set()
         self.lost: dict[int, tuple[int, ...]] = {}
         self.checks = self.rest_checks = self.passes = 0
-        self.first_pass = False  #: whether the first order brought everyone there
 
     def _refuse_long_steps(self) -> None:
         plane = self.problem.plane
@@ -133,24 +133,44 @@ class _Search:
         return paths(plane, i, self.problem.start[i], goal, self.points[i], self.pairs[i], dt, self.most)
 
     def run(self) -> Pass:
-        """Passes until one works; each round gives up one more, so this ends."""
+        """Passes until one brings everyone there, or the one that loses least; whoever is stuck is held, and again."""
         while True:
             task = self._task()
             order = self._longest_first(task)
             tried: set[tuple[int, ...]] = set()
-            failures: dict[int, int] = {}
-            met: dict[int, list[int]] = {}
+            stuck: list[int] | None = None  # in the pass that had fewest
+            best: tuple[tuple[float, ...], Pass] | None = None
             for _ in range(self.settings.orders):
                 tried.add(tuple(order))
-                attempt, failed = self._pass(task, order)
+                attempt = self._pass(task, order)
                 self.passes += 1
-                if failed is None:
-                    self.first_pass = self.passes == 1
+                if not attempt.failed and not attempt.stuck:
                     return attempt
-                failures[failed] = failures.get(failed, 0) + 1
-                met.setdefault(failed, attempt.blockers(failed))
-                order = self._another(order, failed, tried)
-            self._give_up(failures, met)
+                if stuck is None or len(attempt.stuck) < len(stuck):
+                    stuck = attempt.stuck
+                if not attempt.stuck and (best is None or self._cost(attempt) < best[0]):
+                    best = self._cost(attempt), attempt
+                order = self._another(order, next(iter([*attempt.failed, *attempt.stuck])), tried)
+            if best is not None:
+                n = self.problem.n
+                met = best[1].failed
+                self.lost |= {i: tuple(j if j < n else n - 1 - j for j in met[i]) for i in met}
+                return best[1]
+            for i in stuck or ():
+                self._hold(i)
+
+    def _cost(self, attempt: Pass) -> tuple[float, ...]:
+        """Priority of the targets that a pass loses, and how many."""
+        priority = self.problem.priority
+        assert priority is not None  # set on construction
+        return float(sum(priority[i] for i in attempt.failed)), float(len(attempt.failed))
+
+    def _hold(self, i: int) -> None:
+        """Leave an arm where it is that nobody could plan around otherwise."""
+        self.held.add(i)
+        if i in self.targets:
+            self.targets.remove(i)
+            self.lost[i] = ()
 
     def _longest_first(self, task: Task) -> list[int]:
         """Arms by the estimated time of their direct way, longest first (ties: by index)."""
@@ -166,32 +186,24 @@ class _Search:
             other = [order[k] for k in self.rng.permutation(len(order))]
         return other
 
-    def _pass(self, task: Task, order: list[int]) -> tuple[Pass, int | None]:
-        """One pass, and the arm that failed, if one did."""
+    def _pass(self, task: Task, order: list[int]) -> Pass:
+        """One pass. An arm that fails retracts, or stays where it is, if it can; the others are still planned."""
         attempt = Pass(task)
         for i in range(task.plane.n):
             if i not in task.roadmaps:
                 attempt.hold(i)
-        failed = None
         for i in order:
-            if not (attempt.arm(i) or (i not in self.targets and attempt.stay(i))):
-                failed = i
-                break
+            if attempt.arm(i):
+                continue
+            if i in self.targets:
+                attempt.failed[i] = attempt.blockers(i)
+                if attempt.over(i, self._roadmap(i, task.plane.folded[i])):
+                    continue
+            if not attempt.stay(i):
+                attempt.stuck.append(i)
         self.checks += int(attempt.tally[-2])
         self.rest_checks += int(attempt.tally[-1])
-        return attempt, failed
-
-    def _give_up(self, failures: dict[int, int], met: dict[int, list[int]]) -> None:
-        """Drop the target of the arm that failed most often, or hold it where it is if it has none any more."""
-        priority = self.problem.priority
-        assert priority is not None  # set on construction
-        worst = max(failures, key=lambda i: (failures[i], -priority[i], -i))
-        n = self.problem.n
-        if worst in self.targets:
-            self.targets.remove(worst)
-            self.lost[worst] = tuple(j if j < n else n - 1 - j for j in met[worst])
-        else:
-            self.held.add(worst)
+        return attempt
 
     def result(self, done: Pass, seconds: float) -> Plan:
         """The plan that a pass without failures makes."""
@@ -235,7 +247,10 @@ class _Search:
             f"{self.checks} {_NOTED} under way and {self.rest_checks} of arms at their goals, in {self.passes} passes"
         ]
         notes += done.repairs
-        notes += [f"positioner '{ids[i]}' loses its target: it failed in most orders" for i in sorted(self.lost)]
+        notes += [
+            f"positioner '{ids[i]}' loses its target: no order of {self.settings.orders} brought it there"
+            for i in sorted(self.lost)
+        ]
         if self.held:
             notes.append("held at the start: " + ", ".join(ids[i] for i in sorted(self.held)))
         return notes
