@@ -53,7 +53,7 @@ def clear_choice(
         elif chosen and looks < _LOOKS:
             tried = chosen.pop() + 1
         else:
-            share, a, b = min((free.mean(), a, b) for (a, b), free in table.items())
+            _, a, b = min((free.mean(), a, b) for (a, b), free in table.items())
             return None, (b, a)
     return np.array([good[a][p] for a, p in enumerate(chosen)]), (-1, -1)
 

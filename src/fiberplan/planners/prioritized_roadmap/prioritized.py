@@ -47,6 +47,7 @@ class Pass:
     motions: dict[int, Motion] = field(default_factory=dict)
     repairs: list[str] = field(default_factory=list)  #: what helped, in words
     failed: dict[int, list[int]] = field(default_factory=dict)  #: arms that lost their target -> who was in the way
+    checks: dict[int, int] = field(default_factory=dict)  #: pair checks that each arm's search took
     stuck: list[int] = field(default_factory=list)  #: arms that could not even stay where they are
 
     def __post_init__(self) -> None:
@@ -125,7 +126,9 @@ class Pass:
                 found = Motion(path, steps, int(stops))
                 break
         self._met = self.tally[: len(before) - 2] - before[:-2]
-        self.tally[-2] += 2 * int(np.sum(table.others < task.plane.n)) * (begin[3] == 0)  # both ends, as counted there
+        if begin[3] == 0:
+            self.tally[-2] += 2 * int(np.sum(table.others < task.plane.n))  # both ends, as counted in the paper
+        self.checks[i] = self.checks.get(i, 0) + int(self.tally[-2] - before[-2])
         return found
 
     def _garage_paths(self, i: int) -> list[Path]:
