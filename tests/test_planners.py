@@ -15,7 +15,7 @@ from fiberplan.planners.joint_relief import Fold
 
 DEG = np.pi / 180.0
 COARSE = {"step": 1.0 * DEG}
-SHORT = {"dt": 1.0, "collision_dt": 0.25, "max_time": 25.0, "orders": 2, "early_abort": True}
+SHORT = {"grid": (4, 3), "dt": 1.0, "collision_dt": 0.25, "max_time": 25.0, "orders": 1, "early_abort": True}
 FUTURE_WORK = ("garages", "continuous")
 
 

@@ -19,7 +19,7 @@ garages; continuous: one pass, checked as rarely as the motion bound allows. Pla
 12 of them, uniform in the field and 25 mm apart; chained plans begin where the one before was to end. The link lengths
 of the arms are chosen, not published. The paper's "median" of 102.55 s cannot be one of multiples of 6 s, so both
 median and mean stand beside it. Computing is CPU time on one core with kernels compiled; the paper's is of a 3.2 GHz
-i5. Pair checks are counted as there: each other arm, each 100 ms. Figs. 11 to 13 are drawn as we read their subjects."""
+i5. Pair checks are counted as there: each other arm, each 100 ms. Figs. 11 to 13 are drawn as we read them."""
 
 FIRST_SEED = 1000  #: of the plans; lengths and radii were chosen on others
 
