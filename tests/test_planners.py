@@ -15,6 +15,8 @@ from fiberplan.planners.joint_relief import Fold
 
 DEG = np.pi / 180.0
 COARSE = {"step": 1.0 * DEG}
+SHORT = {"grid": (4, 3), "dt": 1.0, "collision_dt": 0.25, "max_time": 25.0, "orders": 1, "early_abort": True}
+FUTURE_WORK = ("garages", "continuous")
 
 
 def hexagon(rings=2, **changes):
@@ -112,6 +114,7 @@ SETTINGS = {
     "direct": [{}],
     "greedy-fold": [{"relief": relief, **COARSE} for relief in ("joint", "reverse", "replace", "none")],
     "elliptic-navigation-function": [{"relief": relief} for relief in ("layers", "none")],
+    "prioritized-roadmap": [SHORT, SHORT | dict.fromkeys(FUTURE_WORK, True)],
 }
 VARIANTS = [
     pytest.param(name, settings, id="-".join([name, *(str(v) for v in settings.values() if isinstance(v, str))]))

@@ -126,3 +126,14 @@ def test_point_to_segment():
     assert point_to_segment(1.0, 2.0, 0.0, 0.0, 4.0, 0.0) == (4.0, 0.0, -2.0)
     assert point_to_segment(-3.0, 4.0, 0.0, 0.0, 4.0, 0.0) == (25.0, 3.0, -4.0)
     assert point_to_segment(3.0, 4.0, 0.0, 0.0, 0.0, 0.0) == (25.0, -3.0, -4.0)
+
+
+def test_segments_on_one_line_do_not_cross():
+    """Rounding can put the ends of each on both sides of the other, however far apart they are."""
+    rng = np.random.default_rng(0)
+    for _ in range(3000):
+        angle, gap = rng.uniform(0, 2 * np.pi), rng.uniform(1.0, 600.0)
+        along = np.array([np.cos(angle), np.sin(angle)])
+        a, b, c, d = (x * along for x in (-gap / 2 - 80.0, -gap / 2, gap / 2, gap / 2 + 80.0))
+        d2, _, _ = segment_to_segment(*a, *b, *c, *d)
+        assert np.sqrt(d2) == pytest.approx(gap, abs=1e-9)

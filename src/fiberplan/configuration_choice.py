@@ -53,6 +53,26 @@ def clear_choice(
         elif chosen and looks < _LOOKS:
             tried = chosen.pop() + 1
         else:
-            share, a, b = min((free.mean(), a, b) for (a, b), free in table.items())
+            _, a, b = min((free.mean(), a, b) for (a, b), free in table.items())
             return None, (b, a)
     return np.array([good[a][p] for a, p in enumerate(chosen)]), (-1, -1)
+
+
+def clear_goals(
+    plane: FocalPlane, goal: np.ndarray, alternatives: np.ndarray, limit: float
+) -> tuple[np.ndarray, tuple[int, ...]]:
+    """Goals (n, 2) [rad] taken from `goal` and `alternatives` (n, k, 2) so that they keep `limit` [mm].
+
+    Returns:
+        The goals, and no positioners; or `goal` and two whose every configuration touches the other's. Where no two
+        are at fault but all together are, `goal` comes back with no positioners, and what touches is seen at the goal.
+    """
+    who = np.flatnonzero(np.isfinite(goal[:, 0]))
+    options = [np.concatenate([goal[[i]], alternatives[i]]) for i in who]
+    choice, (a, b) = clear_choice(plane, who, options, limit)
+    if choice is None:
+        alone, _ = clear_choice(plane, who[[a, b]], [options[a], options[b]], limit)
+        return goal, () if alone is not None else (int(who[a]), int(who[b]))
+    chosen = goal.copy()
+    chosen[who] = choice
+    return chosen, ()

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from fiberplan.arrays import read_only
+from fiberplan.configuration_choice import clear_goals
 from fiberplan.conflicts import least_cover
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
@@ -84,7 +85,8 @@ class Problem:
         """The problem of bringing every positioner to its target.
 
         Positioners whose position the targets' source does not know are taken as offline where `start` says, or else as
-        folded; each such assumption is a note.
+        folded; each such assumption is a note. Of a four-bar arm's configurations that reach its target the quickest
+        that touches no one is taken.
 
         Args:
             plane: the array.
@@ -96,11 +98,19 @@ class Problem:
         Raises:
             TargetError: targets that name no positioner, or one that `plane` does not have; with "raise", targets out
                 of reach.
-            ProblemError: as `Problem`.
+            ProblemError: as `Problem`; with "raise", two four-bar arms without configurations that do not touch.
         """
         solution = targets.solve(plane)
         if conflicts != "drop":
             refuse_unreachable(plane, targets.source, solution)
+        goal = solution.goal
+        if plane.four_bar is not None:
+            goal, pair = clear_goals(plane, goal, solution.alternatives, margin + 2.0 * EQUALITY)
+            if pair and conflicts != "drop":
+                names = " and ".join(f"'{plane.ids[i]}'" for i in pair)
+                raise ProblemError(
+                    f"goal: positioners {names} touch in all configurations that reach their targets", pair
+                )
         where = np.array(plane.folded if start is None else start, float)
         online, notes = plane.online.copy(), list(targets.notes)
         for id_ in targets.offline:
@@ -117,7 +127,7 @@ class Problem:
         return cls(
             plane if online.all() else plane.replace(online=online),
             start=where,
-            goal=solution.goal,
+            goal=goal,
             margin=margin,
             priority=solution.priority,
             conflicts=conflicts,

@@ -1,8 +1,8 @@
 """Seeded assignment plans for probe arms: targets in the field, an arm for each, and no two arms touching there.
 
-Targets fall uniformly in the field, no two closer than a separation. Arms are assigned so that the sum of squared travel
-times from park is least. Of the configurations that reach a target the quickest are taken that touch no other arm; where
-a pair has none, one of its targets is drawn again. Source: the assignment plans of Sabater2018, section 5, made anew.
+Targets fall uniformly in the field, no two closer than a separation. Arms are assigned so that the sum of squared
+travel times from park is least. Of the configurations that reach a target the quickest are taken that touch no other
+arm; where a pair has none, one of its targets is drawn again. Source: the assignment plans of Sabater2018, made anew.
 """
 
 import numpy as np

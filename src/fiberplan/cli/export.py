@@ -8,12 +8,12 @@ import typer
 from fiberplan.cli.options import PlanArgument
 from fiberplan.cli.output import refuse_unwritable, say, working
 
-Format = Literal["ecsv"]
+Format = Literal["ecsv", "motions"]
 
 
 def export(
     plan: PlanArgument,
-    to: Annotated[Format, typer.Option("--to", help="ecsv: one row a knot: positioner, time, alpha, beta.")],
+    to: Annotated[Format, typer.Option("--to", help="ecsv: a row a knot; motions: a row a move.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Write it here.")],
 ) -> None:
     """Write a plan's motion in another format, times in s and angles in degrees."""

@@ -4,7 +4,9 @@ All return the squared distance and the vector from the closest point of the fir
 second (zero where they touch or cross). Zero-length segments are points; nothing here divides by zero.
 """
 
-from fiberplan.kernels.compile import inlined
+from fiberplan.kernels.compile import inlined, leaf
+
+_CROSSING = 1e-18  # a crossing point is on both segments up to rounding: squared, relative to their size
 
 
 @inlined
@@ -36,6 +38,17 @@ def segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
     )
 
 
+@leaf
+def _meet(ax, ay, bx, by, cx, cy, dx, dy):
+    """Whether segments said to cross do: of two on one line, far apart, rounding alone can put ends on both sides."""
+    side_c = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    side_d = (bx - ax) * (dy - ay) - (by - ay) * (dx - ax)
+    t = side_c / (side_c - side_d)
+    d2, _, _ = point_to_segment(cx + t * (dx - cx), cy + t * (dy - cy), ax, ay, bx, by)
+    size = (bx - ax) ** 2 + (by - ay) ** 2 + (dx - cx) ** 2 + (dy - cy) ** 2 + (cx - ax) ** 2 + (cy - ay) ** 2
+    return not (d2 > _CROSSING * size)
+
+
 @inlined
 def segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy):
     """Squared distance [mm^2] between segments ab and cd, and the vector from ab to cd [mm].
@@ -54,6 +67,6 @@ def segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy):
     d2, vx, vy = point_to_segment(dx, dy, ax, ay, bx, by)
     if d2 < best:
         best, wx, wy = d2, -vx, -vy
-    if best > 0.0 and segments_cross(ax, ay, bx, by, cx, cy, dx, dy):
+    if best > 0.0 and segments_cross(ax, ay, bx, by, cx, cy, dx, dy) and _meet(ax, ay, bx, by, cx, cy, dx, dy):
         return 0.0, 0.0, 0.0
     return best, wx, wy

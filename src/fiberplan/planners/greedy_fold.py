@@ -17,6 +17,7 @@ from fiberplan.planners.fold import RELIEFS, fold
 from fiberplan.planners.giving_up import Losses
 from fiberplan.planners.joint_relief import Fold
 from fiberplan.planners.straighten import straighten
+from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem
 
 
@@ -54,6 +55,7 @@ class GreedyFold:
 
     def plan(self, problem: Problem) -> Plan:
         """Fold from the start, unfold to the goal; what gets stuck is given up, and the rest is planned around it."""
+        refuse_bars(self.name, problem.plane)
         begun = process_time()
         rng = np.random.default_rng(self.seed)
         near = Neighbourhood.of(problem.plane, problem.margin)

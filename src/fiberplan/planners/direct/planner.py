@@ -21,6 +21,7 @@ from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.navigation.parity import faster_goals
 from fiberplan.planners.straighten import straighten
+from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem
 
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
@@ -61,6 +62,7 @@ class Direct:
                 after Ctrl-C.
             report: told about progress, in words.
         """
+        refuse_bars(self.name, problem.plane)
         begun = process_time()
         ends = np.inf if deadline is None else monotonic() + deadline
         near = Neighbourhood.of(problem.plane, problem.margin)

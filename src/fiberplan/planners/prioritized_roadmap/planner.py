@@ -1,20 +1,14 @@
 """PrioritizedRoadmap: arms plan one after the other, each over its own roadmap (Sabater2018)."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
 
 from fiberplan.errors import ProblemError
-from fiberplan.kernels.sweep import SLACK
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.plan import Outcome, Plan
-from fiberplan.planners.prioritized_roadmap.prioritized import Pass, Task
-from fiberplan.planners.prioritized_roadmap.roadmap import SPEED, Path, cells, middle_edges, paths, travel_time
+from fiberplan.plan import Plan
+from fiberplan.planners.prioritized_roadmap.orders import Search
 from fiberplan.problem import Problem
-from fiberplan.trajectory import Trajectory
-
-_NOTED = "pair checks"
 
 
 @dataclass(frozen=True)
@@ -22,8 +16,9 @@ class PrioritizedRoadmap:
     """Prioritized planning over roadmaps in joint space, with a limit on start-stops.
 
     Every step is shown clear as a whole, at every `collision_dt` or by the motion bound, so plans need no buffer for
-    what happens between looks. On failure other priority orders are tried, then the arm that failed most loses its
-    target; if it cannot even retract it stays where it is and everyone plans around it.
+    what happens between looks. On failure other priority orders are tried, and then the order that loses least is
+    taken: whoever fails in it loses its target and retracts, or stays where it is. One that can do neither in any order
+    is held from the beginning, and everyone plans around it.
 
     Raises:
         ProblemError: a setting that makes no sense; planning raises it for a step longer than the longest edge takes.
@@ -69,173 +64,6 @@ class PrioritizedRoadmap:
     def plan(self, problem: Problem) -> Plan:
         """A motion in which whoever could be planned arrives, with start-stops within the limit."""
         begun = process_time()
-        search = _Search(self, problem)
+        search = Search(self, problem)
         done = search.run()
         return search.result(done, process_time() - begun)
-
-
-class _Search:
-    """Passes in one order after the other, and who has been given up so far."""
-
-    def __init__(self, settings: PrioritizedRoadmap, problem: Problem):
-        self.settings, self.problem = settings, problem
-        plane = problem.plane
-        self.rng = np.random.default_rng(settings.seed)
-        self.most = int(np.ceil(settings.max_time / settings.dt - 1e-9)) - 1
-        self.near = Neighbourhood.of(plane, problem.margin)
-        self._refuse_long_steps()
-        self.points = {i: cells(plane, i, settings.grid) for i in map(int, np.flatnonzero(plane.online))}
-        self.pairs = {i: middle_edges(len(p), settings.edges, self.rng) for i, p in self.points.items()}
-        self.targets = {i for i in self.points if problem.has_goal[i]}
-        self.held: set[int] = set()
-        self.lost: dict[int, tuple[int, ...]] = {}
-        self.checks = self.rest_checks = self.passes = 0
-        self.first_pass = False  #: whether the first order brought everyone there
-
-    def _refuse_long_steps(self) -> None:
-        plane = self.problem.plane
-        width = np.minimum(plane.upper - plane.lower, 4 * np.pi)
-        longest = float((width / (plane.max_speed * SPEED)).max())
-        if self.settings.dt > longest:
-            raise ProblemError(
-                f"prioritized-roadmap: a step of {self.settings.dt:g} s is longer than the longest edge takes on "
-                f"{plane.name}, {longest:.3f} s"
-            )
-
-    def _task(self) -> Task:
-        """The task as it is with those targets that are still wanted."""
-        problem, settings = self.problem, self.settings
-        plane = problem.plane
-        goal = np.array(plane.folded)
-        wanted = sorted(self.targets)
-        goal[wanted] = problem.goal[wanted]
-        still = [i for i in range(plane.n) if i in self.held or i not in self.points]
-        goal[still] = problem.start[still]
-        return Task(
-            plane=plane,
-            near=self.near,
-            limit=problem.margin + SLACK,
-            start=problem.start,
-            goal=goal,
-            roadmaps={i: self._roadmap(i, goal[i]) for i in self.points if i not in self.held},
-            dt=settings.dt,
-            most=self.most,
-            max_stops=settings.max_stops,
-            looks=0 if settings.continuous else int(np.ceil(settings.dt / settings.collision_dt - 1e-9)),
-            garages=settings.garages,
-            varying=settings.varying,
-            aside=settings.aside,
-            early_abort=settings.early_abort,
-        )
-
-    def _roadmap(self, i: int, goal: np.ndarray) -> list[Path]:
-        plane, dt = self.problem.plane, self.settings.dt
-        return paths(plane, i, self.problem.start[i], goal, self.points[i], self.pairs[i], dt, self.most)
-
-    def run(self) -> Pass:
-        """Passes until one works; each round gives up one more, so this ends."""
-        while True:
-            task = self._task()
-            order = self._longest_first(task)
-            tried: set[tuple[int, ...]] = set()
-            failures: dict[int, int] = {}
-            met: dict[int, list[int]] = {}
-            for _ in range(self.settings.orders):
-                tried.add(tuple(order))
-                attempt, failed = self._pass(task, order)
-                self.passes += 1
-                if failed is None:
-                    self.first_pass = self.passes == 1
-                    return attempt
-                failures[failed] = failures.get(failed, 0) + 1
-                met.setdefault(failed, attempt.blockers(failed))
-                order = self._another(order, failed, tried)
-            self._give_up(failures, met)
-
-    def _longest_first(self, task: Task) -> list[int]:
-        """Arms by the estimated time of their direct way, longest first (ties: by index)."""
-        times = {i: float(travel_time(task.plane, i, task.start[i], task.goal[i])) for i in task.roadmaps}
-        return sorted(task.roadmaps, key=lambda i: (-times[i], i))
-
-    def _another(self, order: list[int], failed: int, tried: set[tuple[int, ...]]) -> list[int]:
-        """An order not tried yet: the arm that failed goes first, or else a random one."""
-        other = [failed] + [i for i in order if i != failed]
-        for _ in range(20):
-            if tuple(other) not in tried:
-                break
-            other = [order[k] for k in self.rng.permutation(len(order))]
-        return other
-
-    def _pass(self, task: Task, order: list[int]) -> tuple[Pass, int | None]:
-        """One pass, and the arm that failed, if one did."""
-        attempt = Pass(task)
-        for i in range(task.plane.n):
-            if i not in task.roadmaps:
-                attempt.hold(i)
-        failed = None
-        for i in order:
-            if not (attempt.arm(i) or (i not in self.targets and attempt.stay(i))):
-                failed = i
-                break
-        self.checks += int(attempt.tally[-2])
-        self.rest_checks += int(attempt.tally[-1])
-        return attempt, failed
-
-    def _give_up(self, failures: dict[int, int], met: dict[int, list[int]]) -> None:
-        """Drop the target of the arm that failed most often, or hold it where it is if it has none any more."""
-        priority = self.problem.priority
-        assert priority is not None  # set on construction
-        worst = max(failures, key=lambda i: (failures[i], -priority[i], -i))
-        n = self.problem.n
-        if worst in self.targets:
-            self.targets.remove(worst)
-            self.lost[worst] = tuple(j if j < n else n - 1 - j for j in met[worst])
-        else:
-            self.held.add(worst)
-
-    def result(self, done: Pass, seconds: float) -> Plan:
-        """The plan that a pass without failures makes."""
-        problem, settings = self.problem, self.settings
-        knots = [
-            done.motions[i].knots(settings.dt) if i in done.motions else (np.zeros(1), problem.start[[i]])
-            for i in range(problem.n)
-        ]
-        trajectory = Trajectory(
-            np.concatenate([[0], np.cumsum([len(times) for times, _ in knots])]),
-            np.concatenate([times for times, _ in knots]),
-            np.concatenate([angles for _, angles in knots]),
-        )
-        early = {i: d.blockers for i, d in problem.dropped.items() if d.blockers}
-        parameters = asdict(settings)
-        return Plan(
-            problem=problem,
-            trajectory=trajectory,
-            outcomes=tuple(self._outcome(i) for i in range(problem.n)),
-            planner=settings.name,
-            parameters=parameters,
-            seed=settings.seed,
-            blockers=dict(sorted((early | self.lost).items())),
-            timings={"search": seconds},
-            notes=(*problem.notes, *self._notes(done)),
-        )
-
-    def _outcome(self, i: int) -> Outcome:
-        problem = self.problem
-        if not problem.plane.online[i]:
-            return Outcome.OFFLINE
-        if np.isnan(problem.requested[i, 0]) and i not in problem.dropped:
-            return Outcome.NO_TARGET
-        if i in problem.dropped:
-            return Outcome.DROPPED
-        return Outcome.DEADLOCKED if i in self.lost else Outcome.ARRIVED
-
-    def _notes(self, done: Pass) -> list[str]:
-        ids = self.problem.plane.ids
-        notes = [
-            f"{self.checks} {_NOTED} under way and {self.rest_checks} of arms at their goals, in {self.passes} passes"
-        ]
-        notes += done.repairs
-        notes += [f"positioner '{ids[i]}' loses its target: it failed in most orders" for i in sorted(self.lost)]
-        if self.held:
-            notes.append("held at the start: " + ", ".join(ids[i] for i in sorted(self.held)))
-        return notes

@@ -46,6 +46,9 @@ class Pass:
     task: Task
     motions: dict[int, Motion] = field(default_factory=dict)
     repairs: list[str] = field(default_factory=list)  #: what helped, in words
+    failed: dict[int, list[int]] = field(default_factory=dict)  #: arms that lost their target -> who was in the way
+    checks: dict[int, int] = field(default_factory=dict)  #: pair checks that each arm's search took
+    stuck: list[int] = field(default_factory=list)  #: arms that could not even stay where they are
 
     def __post_init__(self) -> None:
         task = self.task
@@ -82,9 +85,11 @@ class Pass:
 
     def stay(self, i: int) -> bool:
         """Plan arm `i` to stay where it is, if nobody comes by."""
-        return self._settle_if(i, self._over(i, [_still(self.task.start[i])]))
+        return self.over(i, [_still(self.task.start[i])])
 
-    def _settle_if(self, i: int, found: Motion | None) -> bool:
+    def over(self, i: int, paths: list[Path]) -> bool:
+        """Plan arm `i` over one of `paths`, which all end at the same place; whether that worked."""
+        found = self._over(i, paths)
         if found is not None:
             self._settle(i, found)
         return found is not None
@@ -121,7 +126,9 @@ class Pass:
                 found = Motion(path, steps, int(stops))
                 break
         self._met = self.tally[: len(before) - 2] - before[:-2]
-        self.tally[-2] += 2 * int(np.sum(table.others < task.plane.n)) * (begin[3] == 0)  # both ends, as counted there
+        if begin[3] == 0:
+            self.tally[-2] += 2 * int(np.sum(table.others < task.plane.n))  # both ends, as counted in the paper
+        self.checks[i] = self.checks.get(i, 0) + int(self.tally[-2] - before[-2])
         return found
 
     def _garage_paths(self, i: int) -> list[Path]:
