@@ -4,13 +4,15 @@ from collections.abc import Callable
 
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.navigation_function import NavigationFunction
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.planners.protocol import Planner
 
 PLANNERS: dict[str, Callable[..., Planner]] = {
     "direct": Direct,
     "greedy-fold": GreedyFold,
+    "navigation-function": NavigationFunction,
     "prioritized-roadmap": PrioritizedRoadmap,
 }
 
-__all__ = ["PLANNERS", "Direct", "GreedyFold", "Planner", "PrioritizedRoadmap"]
+__all__ = ["PLANNERS", "Direct", "GreedyFold", "NavigationFunction", "Planner", "PrioritizedRoadmap"]
