@@ -76,7 +76,7 @@ class NavigationFunction:
             descent.run_literally()
         else:
             descent.run_repaired()
-        trajectory = descent.trajectory()
+        trajectory = descent.trajectory() if self.mode == "literal" else descent.finished()
         outcomes = _outcomes(problem, trajectory.end)
         return Plan(
             problem=problem,
@@ -86,7 +86,7 @@ class NavigationFunction:
             parameters=asdict(self),
             seed=self.seed,
             blockers=_blockers(problem, descent, outcomes),
-            timings={"neighbours": made_ready - begun, "descent": process_time() - made_ready},
+            timings={"neighbours": made_ready - begun, **descent.timings, "all": process_time() - begun},
             notes=(*problem.notes, *self._warnings()),
         )
 

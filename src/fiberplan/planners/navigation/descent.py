@@ -40,6 +40,7 @@ class Crowd(NamedTuple):
 
     active: np.ndarray  # (n,) those awake come first, in order of waking
     awake: np.ndarray  # (n,) bool
+    restless: np.ndarray  # (n,) bool: stays awake even if it asks for nothing
     movable: np.ndarray  # (n,) bool: may move at all
     side: np.ndarray  # (n,) which way to leave a singular pose
     counters: np.ndarray  # (2,) steps so far, how many are awake
@@ -78,19 +79,25 @@ def _ask_literally(ends, now, weights, side, i):
     pose.lands = False
 
 
+@inlined
+def wake(crowd, i):
+    """Put a sleeper on the list of those awake."""
+    if not crowd.awake[i] and crowd.movable[i]:
+        crowd.awake[i] = True
+        crowd.active[crowd.counters[1]] = i
+        crowd.counters[1] += 1
+
+
 @leaf
 def wake_around(ends, crowd, i, D):
     """Wake the sleepers whom fiber end i has come near."""
     me = ends.end[i]
     for k in range(ends.offsets[i], ends.offsets[i + 1]):
         j = ends.near[k].arm
-        if not crowd.awake[j] and crowd.movable[j]:
-            other = ends.end[j]
-            dx, dy = me.x - other.x, me.y - other.y
+        if not crowd.awake[j]:
+            dx, dy = me.x - ends.end[j].x, me.y - ends.end[j].y
             if dx * dx + dy * dy < D * D:
-                crowd.awake[j] = True
-                crowd.active[crowd.counters[1]] = j
-                crowd.counters[1] += 1
+                wake(crowd, j)
 
 
 @leaf
@@ -116,7 +123,7 @@ def advance(arms, near, now, record, ends, crowd, D):
             take(now, i)
             sample(arms, record, i, step, pose.alpha, pose.beta, room)
             place_end(arms, ends, i, pose.alpha, pose.beta)
-        if asked:
+        if asked or crowd.restless[i]:
             crowd.active[kept] = i
             kept += 1
         else:

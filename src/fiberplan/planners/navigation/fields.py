@@ -1,6 +1,7 @@
 """One descent of a whole array: the arrays that the compiled loops work on, and what is read off them."""
 
 from collections.abc import Iterable
+from time import process_time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from fiberplan.planners.navigation import descent
 from fiberplan.planners.navigation.descent import FULL, Crowd, Weights
 from fiberplan.planners.navigation.fiber_ends import fiber_ends
 from fiberplan.planners.navigation.giving_way import AHEAD
+from fiberplan.planners.navigation.last_resort import append_joint_ways
 from fiberplan.planners.navigation.parity import choices_of, chosen, faster_goals, other_parities, travel_times
 from fiberplan.planners.navigation.recording import new_record, recorded, with_room
 from fiberplan.planners.navigation.rehearsal import EVERY, SPARE, take_turns
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from fiberplan.planners.navigation_function import NavigationFunction
 
 _REHEARSED = 1.1  # of the common time, so that who is a little late is seen to arrive
+_THERE = 1e-7  # [rad]
 _SETTLING = 2.0  # [s] for the last stretch to the exact goal
 
 
@@ -37,6 +40,7 @@ class Descent:
             float(planner.lambda1), float(planner.lambda2), float(planner.D), float(planner.d), float(planner.dt),
             float(planner.convergence),
         )  # fmt: skip
+        self.timings: dict[str, float] = {}  #: CPU of its parts [s]
         self.choices = choices_of(problem)
         times = travel_times(problem, self.choices)
         quickest = times.min(axis=1)
@@ -53,7 +57,8 @@ class Descent:
         movable = plane.online.copy()
         awake = np.flatnonzero(movable)
         active = np.concatenate([awake, np.zeros(n - len(awake), np.int64)])
-        self.crowd = Crowd(active, movable.copy(), movable, nudge_sides(n, planner.seed), np.array([0, len(awake)]))
+        restless = np.zeros(n, bool) if planner.mode == "literal" else movable & ~np.isnan(self.goals[:, 0])
+        self.crowd = Crowd(active, movable.copy(), restless, movable, nudge_sides(n, planner.seed), np.array([0, len(awake)]))
         self.last_step = int(np.ceil(planner.patience * self.slowest / planner.dt))
 
     def _cost(self, times: np.ndarray) -> np.ndarray:
@@ -106,7 +111,9 @@ class Descent:
         samples = int(_REHEARSED * due) // EVERY + 2
         paths, spare = np.empty((n, samples, 2), np.float32), np.empty((samples, 2), np.float32)
         start, apart = np.array(self.problem.start), planner.d + SPARE
+        begun = process_time()
         take_turns(self.problem.plane.arms, self.ends, ways, start, paths, spare, apart, due + 1)
+        self.timings["turns"] = process_time() - begun
         top = np.array([float(n)])
         return self._run(descend_repaired, ways, self.weights, top, last_step=max(self.last_step, due + 1))
 
@@ -119,6 +126,16 @@ class Descent:
     def trajectory(self) -> Trajectory:
         """The motion so far."""
         return recorded(self.record, self.planner.dt)
+
+    def finished(self) -> Trajectory:
+        """The motion so far, and joint ways for those that it leaves stuck."""
+        motion = self.trajectory()
+        goal = np.stack([self.ends.end["goal_alpha"], self.ends.end["goal_beta"]], axis=1)  # parities may have changed
+        off = np.abs(motion.end - goal).max(axis=1)
+        stuck = np.flatnonzero(self.problem.plane.online & (off > _THERE))
+        if not len(stuck):
+            return motion
+        return append_joint_ways(self.problem, self.near, motion, goal, stuck, self.planner.seed)
 
     def blockers(self, stuck: Iterable[int]) -> dict[int, tuple[int, ...]]:
         """Who stands in the way of each of `stuck`: who refused its last step, or fiber ends close ahead."""

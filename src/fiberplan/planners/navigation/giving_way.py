@@ -10,6 +10,7 @@ goal has one.
 import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.planners.navigation.descent import wake
 from fiberplan.planners.navigation.fiber_ends import through_joints
 from fiberplan.planners.navigation.way import home_of, postponed
 
@@ -30,7 +31,7 @@ def at_goal(end, pose):
 
 
 @leaf
-def _ask_for_room(ends, now, ways, reach, i, step, top):
+def _ask_for_room(ends, now, ways, crowd, reach, i, step, top):
     """Ask those ahead of arm i to make room, or give way to one of them; True if all that were asked do already."""
     me, mine = ends.end[i], ways[i]
     already = asked = 0
@@ -55,6 +56,8 @@ def _ask_for_room(ends, now, ways, reach, i, step, top):
             theirs.yields_to, theirs.until = i, step + YIELD
             theirs.rank = mine.rank - 1e-6
             theirs.arrived = False
+            crowd.restless[j] = True
+            wake(crowd, j)
             asked += 1
         elif mine.yields_to < 0:
             ha, hb = through_joints(other, -sx / x, -sy / x)
@@ -64,7 +67,7 @@ def _ask_for_room(ends, now, ways, reach, i, step, top):
 
 
 @leaf
-def keep_order(ends, now, ways, reach, i, step, top):
+def keep_order(ends, now, ways, crowd, reach, i, step, top):
     """What arm i makes of the step that it got: arrived, no longer yielding, or stalled."""
     end, pose, way = ends.end[i], now.pose[i], ways[i]
     if way.yields_to >= 0 and (step >= way.until or ways[way.yields_to].arrived):
@@ -75,6 +78,7 @@ def keep_order(ends, now, ways, reach, i, step, top):
             way.due = max(way.due, step + longest)
     if way.yields_to < 0:
         way.arrived = at_goal(end, pose)
+        crowd.restless[i] = not way.arrived
         if way.arrived:
             way.stalled = 0
             way.rank = way.own_rank
@@ -87,7 +91,7 @@ def keep_order(ends, now, ways, reach, i, step, top):
         way.stalled = way.stalled + 1 if stalls else max(0, way.stalled - 1)
     if way.stalled < PATIENCE:
         return
-    in_vain = _ask_for_room(ends, now, ways, reach, i, step, top)
+    in_vain = _ask_for_room(ends, now, ways, crowd, reach, i, step, top)
     way.stalled = 0
     way.stalls += 1
     if way.yields_to < 0 and not np.isnan(end.goal_alpha) and (in_vain or way.stalls % _AGAIN == 0):

@@ -62,13 +62,8 @@ def descend_repaired(arms, near, now, record, ends, crowd, ways, weights, top, l
     reach = weights.d + AHEAD
     while True:
         missing = 0
-        for i in range(len(ways)):
-            if crowd.movable[i] and not ways[i].arrived:
-                missing += 1
-                if not crowd.awake[i]:
-                    crowd.awake[i] = True
-                    crowd.active[crowd.counters[1]] = i
-                    crowd.counters[1] += 1
+        for k in range(crowd.counters[1]):
+            missing += crowd.restless[crowd.active[k]]
         if missing == 0:
             return CONVERGED
         if crowd.counters[0] >= last_step:
@@ -78,6 +73,5 @@ def descend_repaired(arms, near, now, record, ends, crowd, ways, weights, top, l
         for k in range(crowd.counters[1]):
             _ask(ends, now, ways, weights, crowd.active[k], crowd.counters[0])
         advance(arms, near, now, record, ends, crowd, weights.D)
-        for i in range(len(ways)):
-            if crowd.movable[i]:
-                keep_order(ends, now, ways, reach, i, crowd.counters[0], top)
+        for k in range(crowd.counters[1]):  # may wake others, who come last
+            keep_order(ends, now, ways, crowd, reach, crowd.active[k], crowd.counters[0], top)
