@@ -111,6 +111,7 @@ SCENES = [
 SETTINGS = {
     "direct": [{}],
     "greedy-fold": [{"relief": relief, **COARSE} for relief in ("joint", "reverse", "replace", "none")],
+    "navigation-function": [{"mode": mode, "D": 6.0, "d": 3.0, "dt": 0.04} for mode in ("repaired", "literal")],
 }
 VARIANTS = [
     pytest.param(name, settings, id="-".join([name, *(str(v) for v in settings.values() if isinstance(v, str))]))

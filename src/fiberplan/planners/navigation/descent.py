@@ -1,4 +1,4 @@
-"""The compiled loop of Makarem2014's decentralized navigation function: all fiber ends descend their potentials at once.
+"""The compiled loop of Makarem2014's navigation function: all fiber ends descend their potentials at once.
 
 In every step each positioner that is awake asks for a turn, from the positions all have at the beginning of the step
 (`literal` or `repaired`); the turns are granted as far as they are safe, taken, and recorded. A positioner that asks
@@ -71,9 +71,7 @@ def _ask_literally(ends, now, weights, side, i):
     va, vb = through_joints(me, fx, fy)
     da, db = limited(va * weights.dt, vb * weights.dt, me.most_alpha, me.most_beta)
     if px == 0.0 and py == 0.0 and away(me) > weights.convergence:
-        da, db = nudged(
-            da, db, pose.beta, me.lower_beta, me.upper_beta, side, 0.5 * me.most_beta, 1e-3 * me.most_beta
-        )
+        da, db = nudged(da, db, pose.beta, me.lower_beta, me.upper_beta, side, 0.5 * me.most_beta, 1e-3 * me.most_beta)
     pose.wanted_alpha = within(pose.alpha, da, me.lower_alpha, me.upper_alpha)
     pose.wanted_beta = within(pose.beta, db, me.lower_beta, me.upper_beta)
     pose.lands = False
@@ -137,10 +135,11 @@ def advance(arms, near, now, record, ends, crowd, D):
 @leaf
 def converged(ends, crowd, distance):
     """Whether every fiber with a target is within `distance` of it [mm]."""
+    missing = 0
     for i in range(len(ends.end)):
         if crowd.movable[i] and away(ends.end[i]) > distance:
-            return False
-    return True
+            missing += 1
+    return missing == 0
 
 
 @kernel

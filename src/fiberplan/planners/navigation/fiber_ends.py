@@ -56,7 +56,6 @@ def fiber_ends(plane: FocalPlane, angles: np.ndarray, goals: np.ndarray, D: floa
         most: how many neighbours one has, the nearest bases; None: all that can come within `D`.
     """
     end = np.zeros(plane.n, END)
-    first, second = plane.links(angles)
     end["offset_u"], end["offset_v"] = plane.fiber.T
     end["bend"] = plane.zero[:, 1] + np.arctan2(plane.fiber[:, 1], plane.fiber[:, 0])
     end["target_x"], end["target_y"] = plane.fibers(goals).T

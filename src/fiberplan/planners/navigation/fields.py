@@ -1,8 +1,8 @@
 """One descent of a whole array: the arrays that the compiled loops work on, and what is read off them."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from time import process_time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,7 +58,9 @@ class Descent:
         awake = np.flatnonzero(movable)
         active = np.concatenate([awake, np.zeros(n - len(awake), np.int64)])
         restless = np.zeros(n, bool) if planner.mode == "literal" else movable & ~np.isnan(self.goals[:, 0])
-        self.crowd = Crowd(active, movable.copy(), restless, movable, nudge_sides(n, planner.seed), np.array([0, len(awake)]))
+        self.crowd = Crowd(
+            active, movable.copy(), restless, movable, nudge_sides(n, planner.seed), np.array([0, len(awake)])
+        )
         self.last_step = int(np.ceil(planner.patience * self.slowest / planner.dt))
 
     def _cost(self, times: np.ndarray) -> np.ndarray:
@@ -68,7 +70,7 @@ class Descent:
         cost = np.where(np.isfinite(home), home, never + times) + np.where(times <= self.together, 0.0, late)
         return np.where(np.isfinite(times), cost, np.inf)
 
-    def _run(self, kernel, *arguments, last_step: int) -> int:
+    def _run(self, kernel: Callable[..., int], *arguments: Any, last_step: int) -> int:
         """Run a compiled loop to its end, with more room for knots whenever it asks."""
         while True:
             self.record = with_room(self.record, 4 * self.problem.n)

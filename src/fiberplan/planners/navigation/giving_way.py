@@ -1,8 +1,8 @@
 """Who gives way when two are in each other's way: the one of lower rank makes room until the other has arrived.
 
 A positioner that asks for a turn and hardly gets it for a few steps looks at who is ahead. Those that have arrived, or
-rank lower, go towards their bases and come back when it has arrived; to one that ranks higher and comes its way it gives
-way itself. One that had to ask someone who had arrived ranks above all from then on, so that the two do not push each
+rank lower, go towards their bases and come back when it has arrived; to one that ranks higher and comes its way it
+gives way itself. One that had to ask someone who had arrived ranks above all from then on, so that the two do not push each
 other out in turn. Where that does not help it goes home itself and comes out anew, on the other elbow side where its
 goal has one.
 """
@@ -74,7 +74,9 @@ def keep_order(ends, now, ways, crowd, reach, i, step, top):
         way.yields_to, way.stalled = -1, 0
         way.rank = way.own_rank
         if not np.isnan(end.goal_alpha):
-            longest = max(abs(end.goal_alpha - pose.alpha) / end.most_alpha, abs(end.goal_beta - pose.beta) / end.most_beta)
+            longest = max(
+                abs(end.goal_alpha - pose.alpha) / end.most_alpha, abs(end.goal_beta - pose.beta) / end.most_beta
+            )
             way.due = max(way.due, step + longest)
     if way.yields_to < 0:
         way.arrived = at_goal(end, pose)

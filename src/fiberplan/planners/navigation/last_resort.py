@@ -21,7 +21,7 @@ _GROWTHS = 3  # how often it takes in one more
 def append_joint_ways(
     problem: Problem, near: Neighbourhood, trajectory: Trajectory, goals: np.ndarray, stuck: np.ndarray, seed: int
 ) -> Trajectory:
-    """The motion, continued by joint ways that bring `stuck` (k,) to their `goals` (n, 2) [rad], where any are found."""
+    """The motion, then joint ways of `stuck` (k,) to their `goals` (n, 2) [rad], where any are found."""
     angles = np.array(trajectory.end)
     begins = np.zeros(problem.n)  # earliest time at which a positioner's neighbours are all at rest [s]
     begins[:] = trajectory.duration
@@ -49,19 +49,19 @@ def append_joint_ways(
         return trajectory
     owner = np.concatenate([np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets)), *owners])
     time = np.concatenate([trajectory.times, *times])
-    place = np.concatenate([trajectory.angles, *knots])
+    pose = np.concatenate([trajectory.angles, *knots])
     order = np.argsort(owner, kind="stable")
-    owner, time, place = owner[order], time[order], place[order]
+    owner, time, pose = owner[order], time[order], pose[order]
     keep = np.ones(len(owner), bool)
     keep[1:] = (owner[1:] != owner[:-1]) | (time[1:] > time[:-1])
     offsets = np.concatenate([[0], np.cumsum(np.bincount(owner[keep], minlength=trajectory.n))])
-    return Trajectory(offsets, time[keep], place[keep])
+    return Trajectory(offsets, time[keep], pose[keep])
 
 
 def _way(
     problem: Problem, near: Neighbourhood, angles: np.ndarray, goals: np.ndarray, group: list[int], seed: int
 ) -> tuple[list[int], np.ndarray, np.ndarray] | None:
-    """Members, times (m,) [s] and angles (m, k, 2) [rad] of a way for a group, grown if need be; None if none is found."""
+    """Members, times (m,) [s] and angles (m, k, 2) [rad] of a way for a group, grown if need be; None: not found."""
     members = list(group)
     for _ in range(_GROWTHS + 1):
         if len(members) > _LARGEST:

@@ -28,7 +28,9 @@ def choices_of(problem: Problem) -> np.ndarray:
     plane = problem.plane
     others = np.where(problem.has_goal[:, None, None], problem.alternatives, np.nan)
     inside = np.all((others >= plane.lower[:, None]) & (others <= plane.upper[:, None]), axis=2)
-    return read_only(np.concatenate([problem.goal[:, None], np.where(inside[:, :, None], others, np.nan)], axis=1))  # type: ignore[index]
+    return read_only(
+        np.concatenate([problem.goal[:, None], np.where(np.expand_dims(inside, 2), others, np.nan)], axis=1)
+    )
 
 
 def travel_times(problem: Problem, choices: np.ndarray) -> np.ndarray:

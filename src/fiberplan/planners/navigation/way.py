@@ -1,10 +1,10 @@
 """The attraction of the repaired mode: by way of near its own base, and as late as the common time allows.
 
-Descent of the printed potential goes straight, with the arm as far out as its target, through everyone else's zone. Here
-a positioner that has time bends its second joint towards home (fully bent), where no neighbour reaches, turns there, and
-comes out so that it arrives when it is due. Going in and coming out, the first joint turns by `lean` times the second,
-against it: at 0.5 the fiber of an equal-armed positioner moves straight through its base, at 0 and 1 it passes on either
-side. Attraction acts on the joints, not on the fiber: it has no singular poses, respects joint ranges because these are
+Descent of the printed potential goes straight, with the arm as far out as its target, through everyone else's zone.
+Here a positioner that has time bends its second joint towards home (fully bent), where hardly anyone reaches, turns
+there, and comes out so that it arrives when it is due. Going in and coming out, the first joint turns by `lean` times
+the second, against it: at 0.5 the fiber of an equal-armed positioner heads straight for its base, at 0 and 1 it passes
+on either side. Attraction acts on the joints, not on the fiber: it has no singular poses, respects joint ranges because these are
 intervals, ends in the configuration that was asked for, and exactly there.
 """
 
@@ -105,9 +105,9 @@ def heading(end, way, alpha, beta, step):
 
 
 def by_way_of_home(plane: FocalPlane, start: np.ndarray, choices: np.ndarray) -> np.ndarray:
-    """(n, k) time to go home, turn there and come out to each of `choices` (n, k, 2) [s]; inf for those on the other side.
+    """(n, k) time to go home, turn there and come out to each of `choices` (n, k, 2) [s]; NaN where there is none.
 
-    NaN where there is no choice.
+    It is infinite for those on the other elbow side, to which no way leads through home.
     """
     bend = plane.zero[:, 1] + np.arctan2(plane.fiber[:, 1], plane.fiber[:, 0])
 
