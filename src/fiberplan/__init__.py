@@ -7,7 +7,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fiberplan import planners
+    from fiberplan import planners, shaping
     from fiberplan.bodies import Body, Obstacle
     from fiberplan.certificates import Certificate, Contact, verify
     from fiberplan.errors import FiberplanError
@@ -51,6 +51,7 @@ __all__ = [
     "Targets",
     "Trajectory",
     "planners",
+    "shaping",
     "show",
     "verify",
 ]
@@ -58,8 +59,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module the first time it is asked for."""
-    if name == "planners":
-        return importlib.import_module("fiberplan.planners")
+    if name in ("planners", "shaping"):
+        return importlib.import_module(f"fiberplan.{name}")
     if name in _HOME:
         value = getattr(importlib.import_module(f"fiberplan.{_HOME[name]}"), name)
         globals()[name] = value

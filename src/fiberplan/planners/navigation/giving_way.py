@@ -1,10 +1,10 @@
 """Who gives way when two are in each other's way: the one of lower rank makes room until the other has arrived.
 
-A positioner that asks for a turn and hardly gets it for a few steps looks at who is ahead. Those that have arrived, or
-rank lower, go towards their bases and come back when it has arrived; to one that ranks higher and comes its way it
-gives way itself. One that had to ask someone who had arrived ranks above all from then on, so that the two do not push each
-other out in turn. Where that does not help it goes home itself and comes out anew, on the other elbow side where its
-goal has one.
+A positioner that asks for a turn and hardly gets it for a few steps looks at who is ahead. Those that have arrived,
+or rank lower, go towards their bases and come back when it has arrived; to one that ranks higher and comes its way it
+gives way itself. One that had to ask someone who had arrived ranks above all from then on, so that the two do not
+push each other out in turn. Where that does not help it goes home itself and comes out anew, on the other elbow side
+where its goal has one.
 """
 
 import numpy as np

@@ -3,9 +3,9 @@
 Descent of the printed potential goes straight, with the arm as far out as its target, through everyone else's zone.
 Here a positioner that has time bends its second joint towards home (fully bent), where hardly anyone reaches, turns
 there, and comes out so that it arrives when it is due. Going in and coming out, the first joint turns by `lean` times
-the second, against it: at 0.5 the fiber of an equal-armed positioner heads straight for its base, at 0 and 1 it passes
-on either side. Attraction acts on the joints, not on the fiber: it has no singular poses, respects joint ranges because these are
-intervals, ends in the configuration that was asked for, and exactly there.
+the second, against it: at 0.5 the fiber of an equal-armed positioner heads straight for its base, at 0 and 1 it
+passes on either side. Attraction acts on the joints, not on the fiber: it has no singular poses, respects joint
+ranges because these are intervals, ends in the configuration that was asked for, and exactly there.
 """
 
 import numpy as np
