@@ -16,12 +16,12 @@ from fiberplan.reproductions.makarem2014.trials import run_clustered, run_unifor
 from fiberplan.reproductions.rows import Row
 
 LEGEND = """\
-literal: the printed field, the sign of its repulsion mended, joints without limits as in the paper; limited: so, within
-alpha 0 to 360 and beta -180 to 180 deg; repaired: within these limits, with turns taken and goals left in peace by
-repulsion. In all, a step is granted as far as it is proven clear. Fields are uniform, from one to another, seeds 2 k and
-2 k + 1 in trial k; clustered ones are a chain. Motion time is that until the last fiber that converges stays within 100
-um. Times are CPU time, kernels compiled; the paper's are of a 3.33 GHz six-core Xeon. With -o, failures.json lists who
-was left behind, by seed."""
+literal: the printed field, the sign of its repulsion mended, joints without limits as in the paper; limited: so,
+within alpha 0 to 360 and beta -180 to 180 deg; repaired: within these limits, with turns taken and goals left in
+peace by repulsion. In all, a step is granted as far as it is proven clear. Fields are uniform, from one to another,
+seeds 2 k and 2 k + 1 in trial k; clustered ones are a chain. Motion time is that until the last fiber that converges
+stays within 100 um. Times are CPU time, kernels compiled; the paper's are of a 3.33 GHz six-core Xeon. With -o,
+failures.json lists who was left behind, by seed."""
 
 RINGS = [1, 2, 3, 5, 8, 12, 18, 24, 28, 40]  #: 7 to 4921 positioners
 CLUSTERED_RINGS = 12  #: 469 positioners

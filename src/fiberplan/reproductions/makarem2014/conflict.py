@@ -8,7 +8,8 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.reproductions.makarem2014 import scenes
 from fiberplan.reproductions.makarem2014.rules import LITERAL
 
-MADE_WAY = 1.0  #: [mm] a fiber that goes this much farther from its target again makes room
+MADE_WAY = 0.5  #: [mm] a fiber that goes this much farther from its target again makes room
+NEAR = 2.5  #: [mm] two fiber ends that come this near are in each other's way
 MOST_SEEDS = 2000
 SAMPLES = 600
 
@@ -35,15 +36,15 @@ class Conflict:
         return (away - np.minimum.accumulate(away, axis=0)).max(axis=0)
 
     @property
-    def closest(self) -> float:
-        """Smallest distance of two fiber ends [mm]."""
+    def closest(self) -> np.ndarray:
+        """(3,) smallest distance of each two fiber ends [mm]."""
         i, j = np.array([0, 0, 1]), np.array([1, 2, 2])
-        return float(np.hypot(*np.moveaxis(self.fibers[:, i] - self.fibers[:, j], -1, 0)).min())
+        return np.hypot(*np.moveaxis(self.fibers[:, i] - self.fibers[:, j], -1, 0)).min(axis=0)
 
     @classmethod
     def of(cls, seed: int) -> "Conflict":
         """The scene of that seed under the literal rule."""
-        plan = LITERAL.plan(scenes.uniform(scenes.three(), seed))
+        plan = LITERAL.plan(scenes.crowded_three(seed))
         plane, motion = plan.problem.plane, plan.trajectory
         times = np.linspace(0.0, motion.duration, SAMPLES)
         angles = np.array([motion.at(t) for t in times])
@@ -53,9 +54,10 @@ class Conflict:
 
 
 def find_conflict(first: int = 0) -> int:
-    """The first seed from `first` on whose three all converge, one after making room."""
+    """The first seed from `first` on in which all three are in a conflict and converge, one after making room."""
     for seed in range(first, MOST_SEEDS):
         conflict = Conflict.of(seed)
-        if set(conflict.plan.outcomes) == {Outcome.ARRIVED} and conflict.detours.max() > MADE_WAY:
+        converge = set(conflict.plan.outcomes) == {Outcome.ARRIVED}
+        if converge and conflict.detours.max() > MADE_WAY and np.all(np.sort(conflict.closest)[:2] < NEAR):
             return seed
     raise RuntimeError(f"none of {MOST_SEEDS} scenes has three in a conflict that ends")

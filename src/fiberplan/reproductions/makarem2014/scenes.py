@@ -13,7 +13,9 @@ from fiberplan.planners.resting import place_the_rest
 from fiberplan.problem import EQUALITY, Problem
 
 TRIANGLE = ((0.0, 0.0), (10.0, 0.0), (5.0, 8.660254037844386))  #: bases of Fig. 7 [mm]
-FIG7_SEED = 195  #: the first scene in which all converge and one makes room (`conflict.find_conflict`)
+AROUND = 3.5  #: [mm] how far from that point
+APART = 2.7  #: [mm] starts and goals, so that the printed field can settle
+FIG7_SEED = 94  #: the first scene in which all converge and one makes room (`conflict.find_conflict`)
 
 
 def array(rings: int) -> FocalPlane:
@@ -38,6 +40,23 @@ def either_parity(plane: FocalPlane, start: np.ndarray, goal: np.ndarray) -> Pro
     """Go from `start` to where the fibers are at `goal`, both (n, 2) [rad], on either elbow side."""
     found = solutions(plane, np.arange(plane.n), plane.fibers(goal), plane.fiber, np.zeros(plane.n))
     return Problem(plane, start, found[:, 0], alternatives=found[:, 1:])
+
+
+def crowded_three(seed: int) -> Problem:
+    """Three that start and end around the one point which all of them reach."""
+    plane, rng = three(), np.random.default_rng([seed, 7])
+    middle = plane.base.mean(axis=0)
+
+    def around() -> np.ndarray:
+        while True:
+            r, phi = AROUND * np.sqrt(rng.random(3)), 2 * np.pi * rng.random(3)
+            points = middle + np.stack([r * np.cos(phi), r * np.sin(phi)], axis=1)
+            found = solutions(plane, np.arange(3), points, plane.fiber, np.zeros(3))[:, 0]
+            apart = np.hypot(*(points - np.roll(points, 1, axis=0)).T).min()
+            if np.isfinite(found).all() and apart > APART:
+                return found
+
+    return either_parity(plane, around(), around())
 
 
 def uniform(plane: FocalPlane, seed: int, margin: float = 0.0) -> Problem:

@@ -74,7 +74,9 @@ def conflict(conflict: Conflict) -> Iterator[Row]:
     away = np.hypot(*(conflict.fibers[-1] - conflict.targets).T)
     yield share("Fig. 7: share of the three that converge", 1.0, away <= 0.1)
     yield value("Fig. 7: way that one leaves its target to make room [mm]", None, conflict.detours.max(), 1)
-    yield value("Fig. 7: smallest distance of two fiber ends [mm]", f"> {published.SPACING:g}", conflict.closest, 1)
+    yield value(
+        "Fig. 7: smallest distance of two fiber ends [mm]", f"> {published.SPACING:g}", conflict.closest.min(), 1
+    )
     for k, (joint, most) in enumerate(zip(("theta", "phi"), published.SPEEDS, strict=True)):
         fastest = np.degrees(np.abs(conflict.speeds[:, :, k]).max())
         yield value(f"Fig. 8: largest speed of {joint} [deg/s]", f"<= {most:g}", fastest, 3)
