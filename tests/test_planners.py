@@ -116,7 +116,7 @@ SETTINGS = {
 VARIANTS = [
     pytest.param(name, settings, id="-".join([name, *(str(v) for v in settings.values() if isinstance(v, str))]))
     for name in PLANNERS
-    for settings in SETTINGS[name]
+    for settings in SETTINGS.get(name, [])
 ]
 
 

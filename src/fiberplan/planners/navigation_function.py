@@ -67,7 +67,7 @@ class NavigationFunction:
 
     def plan(self, problem: Problem) -> Plan:
         """Descend until all have arrived, or as long as `patience` says; who has not arrived waits where it got to."""
-        self._refuse_long_steps(problem)
+        self._refuse(problem)
         begun = process_time()
         near = Neighbourhood.of(problem.plane, problem.margin)
         descent = Descent(problem, near, self)
@@ -90,9 +90,11 @@ class NavigationFunction:
             notes=(*problem.notes, *self._warnings()),
         )
 
-    def _refuse_long_steps(self, problem: Problem) -> None:
-        """Raise if a fiber could cross its whole patrol zone in one step."""
+    def _refuse(self, problem: Problem) -> None:
+        """Raise for arms that are not of two links, or that could cross their whole patrol zone in one step."""
         plane = problem.plane
+        if plane.four_bar is not None:
+            raise ProblemError(f"{self.name}: needs arms of two links, but those of {plane.name} have four bars")
         arm = np.hypot(*plane.fiber.T)
         most = plane.length * plane.max_speed[:, 0] + arm * plane.max_speed.sum(axis=1)
         excess = most * self.dt - (plane.length + arm)

@@ -89,11 +89,11 @@ def _nearest(base: np.ndarray, offsets: np.ndarray, near: np.ndarray, most: int)
 def place_end(arms, ends, i, alpha, beta):
     """Put the fiber end of arm i where (alpha, beta) [rad] puts it, with its Jacobian."""
     end = ends.end[i]
-    bx, by, ex, ey, _, _, c2, s2 = frame(arms, i, alpha, beta)
-    ux = c2 * end.offset_u - s2 * end.offset_v
-    uy = s2 * end.offset_u + c2 * end.offset_v
-    end.x, end.y = ex + ux, ey + uy
-    end.alpha_x, end.alpha_y = -(end.y - by), end.x - bx
+    links = frame(arms, i, alpha, beta)
+    ux = links[6] * end.offset_u - links[7] * end.offset_v
+    uy = links[7] * end.offset_u + links[6] * end.offset_v
+    end.x, end.y = links[2] + ux, links[3] + uy
+    end.alpha_x, end.alpha_y = -(end.y - links[1]), end.x - links[0]
     end.beta_x, end.beta_y = -uy, ux
 
 

@@ -34,9 +34,9 @@ def rehearse(arms, ends, way, i, alpha, beta, path):
     end = ends.end[i]
     moved = 0
     for s in range(len(path)):
-        _, _, ex, ey, _, _, c2, s2 = frame(arms, i, alpha, beta)
-        path[s, 0] = ex + c2 * end.offset_u - s2 * end.offset_v
-        path[s, 1] = ey + s2 * end.offset_u + c2 * end.offset_v
+        links = frame(arms, i, alpha, beta)
+        path[s, 0] = links[2] + links[6] * end.offset_u - links[7] * end.offset_v
+        path[s, 1] = links[3] + links[7] * end.offset_u + links[6] * end.offset_v
         for k in range(EVERY):
             da, db = heading(end, way, alpha, beta, s * EVERY + k)
             if da != 0.0 or db != 0.0:
