@@ -25,11 +25,10 @@ def measured(plane: fp.FocalPlane, seeds: range, mode: str) -> str:
         motions.append(plan.makespan)
         lost, unproven = lost + len(plan.lost), unproven + (not plan.certificate.ok)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return (
-        f"{mode:8} N {plane.n:6}: CPU {np.median(times):7.3f} s (most {max(times):.3f}), motion {np.median(motions):5.2f} s "
-        f"(mean {np.mean(motions):.2f}, most {max(motions):.2f}), lost {lost} of {plane.n * len(times)}, "
-        f"not proven {unproven} of {len(times)}, {memory:.0f} MiB"
-    )
+    speed = f"CPU {np.median(times):7.3f} s (most {max(times):.3f})"
+    motion = f"motion {np.median(motions):5.2f} s (mean {np.mean(motions):.2f}, most {max(motions):.2f})"
+    result = f"lost {lost} of {plane.n * len(times)}, not proven {unproven} of {len(times)}"
+    return f"{mode:8} N {plane.n:6}: {speed}, {motion}, {result}, {memory:.0f} MiB"
 
 
 if __name__ == "__main__":

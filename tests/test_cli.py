@@ -131,6 +131,7 @@ def test_navigation_function_has_its_options(folder, capsys):
     given = fp.Plan.read("plan.fits").parameters
     assert (given["mode"], given["D"], given["d"], given["dt"], given["neighbours"]) == ("literal", 9.0, 3.0, 0.05, 18)
     assert (given["lambda1"], given["lambda2"], given["convergence"], given["patience"]) == (2.0, 0.5, 0.05, 3.0)
+    capsys.readouterr()
     bad = ["plan", "plane.fits", "field.ecsv", "--planner", "navigation-function"]
     assert "d must be below D, got d 5 mm and D 4 mm" in refused(folder, capsys, *bad, "--d", "5")
     assert "lambda1 must be a positive weight, got 0" in refused(folder, capsys, *bad, "--lambda1", "0")

@@ -205,6 +205,16 @@ def test_theorem_1_is_noted_once_where_it_does_not_hold(whole):
     assert not NavigationFunction(mode="literal", lambda1=0.04, lambda2=1.0).plan(problem).notes
 
 
+def test_steps_that_overshoot_are_noted():
+    """The paper's weights are tuned for arms of 3 mm; longer arms need smaller ones."""
+    plane = fp.FocalPlane.hexagonal(0, 22.4)
+    problem = fp.Problem(plane, np.radians([[30.0, 90.0]]), np.radians([[60.0, 60.0]]))
+    fast, slow = NavigationFunction(mode="literal"), NavigationFunction(mode="literal", lambda1=0.1)
+    assert any("overshoots" in note for note in fast.plan(problem).notes)
+    assert not any("overshoots" in note for note in slow.plan(problem).notes)
+    assert len(slow.plan(problem).lost) == 0
+
+
 @pytest.mark.parametrize(
     ("settings", "said"),
     [

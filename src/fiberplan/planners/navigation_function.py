@@ -87,7 +87,7 @@ class NavigationFunction:
             seed=self.seed,
             blockers=_blockers(problem, descent, outcomes),
             timings={"neighbours": made_ready - begun, **descent.timings, "all": process_time() - begun},
-            notes=(*problem.notes, *self._warnings()),
+            notes=(*problem.notes, *self._warnings(problem)),
         )
 
     def _refuse(self, problem: Problem) -> None:
@@ -106,15 +106,23 @@ class NavigationFunction:
                 (i,),
             )
 
-    def _warnings(self) -> list[str]:
-        """That Theorem 1 does not cover these weights, where it does not."""
+    def _warnings(self, problem: Problem) -> list[str]:
+        """What these weights and this step cannot promise."""
+        notes, literal = [], self.mode == "literal"
         ratio, bound = self.lambda1 / self.lambda2, theorem1_bound(self.D, self.d)
-        if ratio < bound:
-            return []
-        return [
-            f"lambda1 / lambda2 = {ratio:.4g} is not below {bound:.4g}, so Theorem 1 of Makarem2014 does not exclude "
-            f"spurious minima" + ("; the repaired mode does not weigh" if self.mode == "repaired" else "")
-        ]
+        if ratio >= bound:
+            notes.append(
+                f"lambda1 / lambda2 = {ratio:.4g} is not below {bound:.4g}, so Theorem 1 of Makarem2014 does not "
+                f"exclude spurious minima{'' if literal else '; the repaired mode does not weigh'}"
+            )
+        arm = np.hypot(*problem.plane.fiber.T)
+        gain = 2.0 * self.lambda1 * self.dt * float(np.max((problem.plane.length + arm) ** 2 + arm**2))
+        if literal and gain >= 2.0:  # the largest squared singular value of the Jacobian is at most that sum
+            notes.append(
+                f"2 lambda1 dt J^2 is {gain:.3g} with arms of this length: from 2 on a step overshoots the target by "
+                "more than it was away, and fibers may circle it instead of converging"
+            )
+        return notes
 
 
 def _blockers(problem: Problem, descent: Descent, outcomes: tuple[Outcome, ...]) -> dict[int, tuple[int, ...]]:

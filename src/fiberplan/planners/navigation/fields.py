@@ -61,7 +61,8 @@ class Descent:
         self.crowd = Crowd(
             active, movable.copy(), restless, movable, nudge_sides(n, planner.seed), np.array([0, len(awake)])
         )
-        self.last_step = int(np.ceil(planner.patience * self.slowest / planner.dt))
+        once_round = 2 * np.pi / float(plane.max_speed[:, 1].min())  # short moves too may have to make room and return
+        self.last_step = int(np.ceil(max(planner.patience * self.slowest, once_round) / planner.dt))
 
     def _cost(self, times: np.ndarray) -> np.ndarray:
         """(n, k) by which choices are ranked: those in time come first, of these the ones on the same elbow side."""

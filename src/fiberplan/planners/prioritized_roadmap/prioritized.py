@@ -116,7 +116,9 @@ class Pass:
             if task.early_abort and path.through > limit:
                 continue  # each intermediate vertex is a start-stop
             way, vertex = path.configurations, path.vertex
-            steps, stops, rest_from = search(arms, table, i, way, vertex, limit, begin, rest_from, task.early_abort)
+            steps, stops, rest_from = search(
+                arms, table, i, way, vertex, limit, begin, rest_from, task.early_abort
+            )
             if len(steps):
                 found = Motion(path, steps, int(stops))
                 break
