@@ -40,6 +40,7 @@ radius = 1.5
         ("sdss", 500, 66),
         ("hexagonal", 331, 0),
         ("moons", 1009, 0),
+        ("makarem2014", 4921, 0),
         ("makarem2016", 1025, 0),
     ],
 )
@@ -61,6 +62,23 @@ def test_numbers_of_the_papers():
     np.testing.assert_allclose(np.degrees(plane.max_speed[0]), 30.0)
     np.testing.assert_allclose(np.degrees(plane.folded[0]), [0.0, 180.0])
     np.testing.assert_allclose(np.degrees(FocalPlane.load("sdss").max_speed[0]), 12.0)
+
+
+def test_makarem2014_has_both_parities_and_the_disc_of_its_safety_distance():
+    plane = FocalPlane.load("makarem2014")
+    np.testing.assert_array_equal(plane.length, 3.0)
+    np.testing.assert_array_equal(plane.fiber[0], [3.0, 0.0])
+    np.testing.assert_allclose(np.degrees(plane.max_speed[0]) / 6.0, [30.0, 20.0])  # rpm
+    np.testing.assert_allclose(np.degrees([plane.lower[0], plane.upper[0]]), [[0.0, -180.0], [360.0, 180.0]])
+    (i, j) = plane.pairs[len(plane.pairs) // 2]
+    assert np.hypot(*(plane.base[i] - plane.base[j])) == pytest.approx(10.0)
+    k = len(plane.pairs) // 2
+    for gap in (2.3, 1.9):  # fibers face to face, so far apart
+        angles = plane.folded.copy()
+        towards = np.arctan2(*(plane.base[j] - plane.base[i])[::-1])
+        bend = 2 * np.arccos((10.0 - gap) / 2 / 6.0)
+        angles[i], angles[j] = (towards - bend / 2, bend), (towards + np.pi - bend / 2, bend)
+        assert plane.clearance(angles)[k] == pytest.approx(gap - 2.0, abs=1e-9)
 
 
 def test_built_in_sdss_stands_where_the_real_one_does(calibration):

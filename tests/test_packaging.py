@@ -70,7 +70,7 @@ def test_lazy_names_are_the_declared_ones():
     declared = re.findall(r"^    from fiberplan\.(\w+) import (.+)$", text, flags=re.MULTILINE)
     homes = {name: module for module, names in declared for name in names.split(", ")}
     assert homes == fiberplan._HOME
-    assert {*homes, "planners"} == set(fiberplan.__all__)
+    assert {*homes, "planners", "shaping"} == set(fiberplan.__all__)
 
 
 def test_help_does_not_wait_for_the_compiler():

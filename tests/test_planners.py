@@ -115,6 +115,7 @@ SETTINGS = {
     "greedy-fold": [{"relief": relief, **COARSE} for relief in ("joint", "reverse", "replace", "none")],
     "elliptic-navigation-function": [{"relief": relief} for relief in ("layers", "none")],
     "prioritized-roadmap": [SHORT, SHORT | dict.fromkeys(FUTURE_WORK, True)],
+    "navigation-function": [{"mode": mode, "D": 6.0, "d": 3.0, "dt": 0.04} for mode in ("repaired", "literal")],
 }
 VARIANTS = [
     pytest.param(name, settings, id="-".join([name, *(str(v) for v in settings.values() if isinstance(v, str))]))

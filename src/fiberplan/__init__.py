@@ -7,7 +7,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fiberplan import planners
+    from fiberplan import planners, shaping
     from fiberplan.bodies import Body, Obstacle
     from fiberplan.certificates import Certificate, Contact, verify
     from fiberplan.diagnosis import diagnose
@@ -54,6 +54,7 @@ __all__ = [
     "Trajectory",
     "diagnose",
     "planners",
+    "shaping",
     "show",
     "verify",
 ]
@@ -61,8 +62,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module the first time it is asked for."""
-    if name == "planners":
-        return importlib.import_module("fiberplan.planners")
+    if name in ("planners", "shaping"):
+        return importlib.import_module(f"fiberplan.{name}")
     if name in _HOME:
         value = getattr(importlib.import_module(f"fiberplan.{_HOME[name]}"), name)
         globals()[name] = value

@@ -66,6 +66,18 @@ FLAGS: dict[str, tuple[Flag, ...]] = {
         Flag("patience", float, "s", "Time without coming nearer that relief takes for stuck; 1 if not given."),
         Flag("max_time", float, "s", "The motion takes no longer; 600 if not given."),
     ),
+    "navigation-function": (
+        Flag("mode", str, "", "What arrives, repaired (default), or what the paper prints, literal."),
+        Flag("lambda1", float, "", "Weight of attraction (per mm2) in the literal mode; 1 if not given."),
+        Flag("lambda2", float, "", "Weight of repulsion in the literal mode; 0.05 if not given."),
+        Flag("D", float, "mm", "Fiber ends nearer than this repel each other; 4 if not given."),
+        Flag("d", float, "mm", "Safety distance of fiber ends, below D; 2 if not given."),
+        Flag("dt", float, "s", "A step of the descent; 0.01 if not given."),
+        Flag("convergence", float, "mm", "How near its target a fiber has converged; 0.1 if not given."),
+        Flag("neighbours", int, "", "How many repel a fiber, the nearest; 0 (default): all within D."),
+        Flag("ease", float, "", "Time that all take together, in times of the slowest joint; 1.25 if not given."),
+        Flag("patience", float, "", "Give up after so many times of the slowest joint; 6 if not given."),
+    ),
 }
 
 

@@ -6,14 +6,25 @@ from fiberplan.planners.amend import amend
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.elliptic_navigation import EllipticNavigationFunction
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.navigation_function import NavigationFunction
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.planners.protocol import Planner
 
 PLANNERS: dict[str, Callable[..., Planner]] = {
     "direct": Direct,
     "greedy-fold": GreedyFold,
+    "navigation-function": NavigationFunction,
     "elliptic-navigation-function": EllipticNavigationFunction,
     "prioritized-roadmap": PrioritizedRoadmap,
 }
 
-__all__ = ["PLANNERS", "Direct", "EllipticNavigationFunction", "GreedyFold", "Planner", "PrioritizedRoadmap", "amend"]
+__all__ = [
+    "PLANNERS",
+    "Direct",
+    "EllipticNavigationFunction",
+    "GreedyFold",
+    "NavigationFunction",
+    "Planner",
+    "PrioritizedRoadmap",
+    "amend",
+]

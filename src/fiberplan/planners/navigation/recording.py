@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fiberplan.kernels.arms import motion
 from fiberplan.kernels.compile import leaf
 from fiberplan.kernels.sweep import SLACK
 from fiberplan.trajectory import Trajectory
@@ -86,7 +87,6 @@ def sample(arms, record, i, step, alpha, beta, room):
     At most two knots are written. Steps in which an arm stands still need not be told.
     """
     track = record.track[i]
-    arm = arms.arm[i]
     allowed = max(_EACH, min(0.49 * room, FIDELITY))
     if track.step < step - 1:  # it rested
         if track.step > track.begin:
@@ -96,10 +96,10 @@ def sample(arms, record, i, step, alpha, beta, room):
     elif track.step > track.begin:
         passed = track.step - track.begin
         within = min(track.allowed, allowed)
-        around = 0.45 * within / max(arm.length + arm.reach_beta, arm.reach_alpha)
+        around = 0.45 * within / max(motion(arms, i, 1.0, 0.0), 1e-9)  # [rad]
         track.low_alpha = max(track.low_alpha, (track.alpha - around - track.begin_alpha) / passed)
         track.high_alpha = min(track.high_alpha, (track.alpha + around - track.begin_alpha) / passed)
-        around = 0.45 * within / max(arm.reach_beta, 1e-9)
+        around = 0.45 * within / max(motion(arms, i, 0.0, 1.0), 1e-9)
         track.low_beta = max(track.low_beta, (track.beta - around - track.begin_beta) / passed)
         track.high_beta = min(track.high_beta, (track.beta + around - track.begin_beta) / passed)
         span = step - track.begin
