@@ -295,7 +295,7 @@ def test_settings_are_checked(settings, said):
 
 def test_four_bars_are_refused():
     plane = fp.FocalPlane.load("miradas")
-    with pytest.raises(ProblemError, match="miradas has arms of four bars"):
+    with pytest.raises(ProblemError, match="four-bar arms of miradas"):
         ALONE.plan(fp.Problem(plane, plane.folded, plane.folded))
 
 

@@ -11,6 +11,7 @@ from fiberplan.errors import PlanError, ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners.rerouting import reroute
+from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem
 from fiberplan.trajectory import Trajectory
 
@@ -98,8 +99,7 @@ def _index(plane: FocalPlane, positioner: int | str) -> int:
             raise ProblemError(f"amend: {plane.name} has no positioner {i}; they are counted from 0 to {plane.n - 1}")
     else:
         raise ProblemError(f"amend: a positioner is named by its index or id, not by {positioner!r}")
-    if plane.four_bar is not None:
-        raise ProblemError(f"amend: {plane.name} has four-bar arms, and new ways are searched for two links only")
+    refuse_bars("amend", plane)
     if not plane.online[i]:
         raise ProblemError(f"amend: positioner '{plane.ids[i]}' is offline and cannot be sent anywhere", (i,))
     return i

@@ -18,6 +18,7 @@ from fiberplan.planners.elliptic.drive import Drive, assigned_sizes, weighted_wi
 from fiberplan.planners.elliptic.field import Field
 from fiberplan.planners.navigation.parity import faster_goals
 from fiberplan.planners.resting import place_the_rest
+from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import EQUALITY, Problem
 
 RELIEFS = ("layers", "none")
@@ -103,8 +104,7 @@ class EllipticNavigationFunction:
 
     def _check_step(self, problem: Problem) -> None:
         plane = problem.plane
-        if plane.four_bar is not None:
-            raise ProblemError(f"{self.name}: {plane.name} has arms of four bars; this field is for arms of two links")
+        refuse_bars(self.name, plane)
         arm = np.hypot(*plane.fiber.T)
         turn = plane.max_speed * self.dt
         step = plane.length * turn[:, 0] + arm * turn.sum(axis=1)

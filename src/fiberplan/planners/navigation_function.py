@@ -17,6 +17,7 @@ from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import ARRIVAL, Outcome, Plan
 from fiberplan.planners.navigation.fields import Descent
 from fiberplan.planners.navigation.repulsion import theorem1_bound
+from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem
 
 MODES = ("repaired", "literal")
@@ -93,8 +94,7 @@ class NavigationFunction:
     def _refuse(self, problem: Problem) -> None:
         """Raise for arms that are not of two links, or that could cross their whole patrol zone in one step."""
         plane = problem.plane
-        if plane.four_bar is not None:
-            raise ProblemError(f"{self.name}: needs arms of two links, but those of {plane.name} have four bars")
+        refuse_bars(self.name, plane)
         arm = np.hypot(*plane.fiber.T)
         most = plane.length * plane.max_speed[:, 0] + arm * plane.max_speed.sum(axis=1)
         excess = most * self.dt - (plane.length + arm)

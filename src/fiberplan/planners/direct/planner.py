@@ -61,6 +61,9 @@ class Direct:
             deadline: wall-clock seconds after which the best plan so far is returned, marked as interrupted; as it is
                 after Ctrl-C.
             report: told about progress, in words.
+
+        Raises:
+            ProblemError: arms of four bars.
         """
         refuse_bars(self.name, problem.plane)
         begun = process_time()
