@@ -24,7 +24,7 @@ _INFLATION = 0.1  # [mm] by which a pair that touches only between steps is kept
 _JOINT_INFLATION = 0.05  # [mm] the same for a pair that was moved together
 _MOST_INFLATION = 1.5  # [mm]
 _PATIENCE = 8  # replans on account of one pair before it is moved together
-_HELD = 6  # conflicts that one who was moved together survives before being replanned alone
+HELD = 6  # conflicts that one who was moved together survives before being replanned alone
 _RESPECT = (1.5, 0.5, 0.0)  # how much neighbours' ways count, as a pair is moved together again and again
 
 SOLVED, SPENT, TOO_SHORT = 0, 1, 2
@@ -160,7 +160,7 @@ def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
             arms, near, lattice, i, j, apart, search.limits, _RESPECT[n], variety, scratch, steps, search.state
         ):
             search.joined[pair] += 1
-            search.held[i] = search.held[j] = _HELD
+            search.held[i] = search.held[j] = HELD
             _look_around(arms, near, lattice, search, i, limit, steps)
             _look_around(arms, near, lattice, search, j, limit, steps)
             if search.contacts[pair] > 0:

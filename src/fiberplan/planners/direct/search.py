@@ -16,6 +16,7 @@ from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.planners.direct.contacts import contacts_of_all
 from fiberplan.planners.direct.lattice import UNDER_LIMIT, lengthened, longest_step, make_lattice
 from fiberplan.planners.direct.repair import (
+    HELD,
     SOLVED,
     TOO_SHORT,
     make_scratch,
@@ -26,6 +27,7 @@ from fiberplan.planners.direct.repair import (
     place_each,
     repair,
 )
+from fiberplan.planners.direct.untangle import cluster_around, untangled
 from fiberplan.problem import Problem
 
 _CHUNK = 100  # replans between looks at the clock
@@ -33,6 +35,8 @@ _PATIENCE = 400  # replans without a growing number of steps, and
 _PATIENCE_PER_CONTACT = 3  # as many more for each pair that touched at first
 _LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
 _JOINT_WORK = 20  # single replans that a joint one counts as
+_LARGEST_CLUSTER = 4  # moved together
+_LONGER = 1.4  # times the steps there are: a joint way that takes more is not worth it
 _SECOND_WIND = 100  # replans for every goal given up
 
 
@@ -131,9 +135,36 @@ class DirectSearch:
                 budget = max(budget, self.work) + _SECOND_WIND * self._settle()
                 stuck = 0
             elif stuck > patience:
+                self._untangle(min(2 + growth, _LARGEST_CLUSTER))
                 self._lengthen(min(self.steps + growth, self._most_steps))
                 stuck, growth, patience = 0, growth + 1, _PATIENCE
         return False
+
+    def _untangle(self, size: int) -> None:
+        """Put clusters of `size` around the pairs that still touch on joint ways of their own, if those are short."""
+        lattice, search, goal = self.lattice, self.search, self.goal
+        taken: set[int] = set()
+        for p in search.open[: self.touching].tolist():
+            pair = tuple(self.pairs[p].tolist())
+            if self.lattice.fixed[list(pair)].any():
+                continue
+            members = cluster_around(pair, size, self.near, search, lattice)
+            if len(members) < size or taken & set(members):
+                continue
+            ends = np.where(np.isnan(goal[members]), lattice.path[members, -1], goal[members])
+            margin, seed = self.problem.margin, int(search.state[0] % np.uint64(2**31))
+            way = untangled(self.plane, self.pairs, lattice, members, ends, margin, self.duration, seed)
+            if way is None or len(way) - 1 > _LONGER * self.steps or len(way) - 1 > self._most_steps:
+                continue
+            taken |= set(members)
+            self._lengthen(len(way) - 1)
+            lattice = self.lattice
+            for k, i in enumerate(members):
+                lattice.path[i] = way[-1, k]
+                lattice.path[i, : len(way)] = way[:, k]
+                search.held[i] = HELD
+        if taken:
+            self._look_everywhere()
 
     def _lengthen_for(self, pair: int) -> None:
         """Find how many steps a pair needs that cannot be moved together; give up one of its goals if too many."""

@@ -1,0 +1,84 @@
+"""Three or more that are in each other's way: a joint way found at random, in whole steps.
+
+What pairs cannot undo is searched by RRT-Connect in the joint space of all of them (`fiberplan.planners.coupled`), as
+if only they and what never moves were there; everyone else has to find a way around it.
+"""
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.kernels.neighbours import NEAR, neighbour_lists
+from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.planners.coupled import joint_path
+from fiberplan.planners.direct.lattice import UNDER_LIMIT, Lattice
+from fiberplan.planners.direct.repair import Search
+
+_DRAWS = 6  # searches, of which the shortest way is taken
+
+
+def cluster_around(
+    pair: tuple[int, int], size: int, near: Neighbourhood, search: Search, lattice: Lattice
+) -> list[int]:
+    """`pair` and the neighbours that it has had most trouble with, `size` in all."""
+    trouble: dict[int, float] = {}
+    for i in pair:
+        for entry in near.near[near.offsets[i] : near.offsets[i + 1]]:
+            j = int(entry["arm"])
+            if j not in pair and not lattice.fixed[j]:
+                trouble[j] = trouble.get(j, 0.0) + float(search.weight[entry["pair"]])
+    others = sorted(trouble, key=lambda j: (-trouble[j], j))[: size - len(pair)]
+    return sorted([*pair, *others])
+
+
+def untangled(
+    plane: FocalPlane,
+    pairs: np.ndarray,
+    lattice: Lattice,
+    members: list[int],
+    goal: np.ndarray,
+    margin: float,
+    duration: float,
+    seed: int,
+) -> np.ndarray | None:
+    """A way of `members` from start to goal past each other and what never moves; None if none was found.
+
+    Args:
+        plane: the array.
+        pairs: (m, 2) arms that could touch.
+        lattice: everybody's ways.
+        members: positioners.
+        goal: (k, 2) where they should end [rad].
+        margin: clearance to keep [mm].
+        duration: of a step [s].
+        seed: of the random search.
+
+    Returns:
+        (steps + 1, k, 2) [rad].
+    """
+    inside = np.zeros(len(lattice.fixed), bool)
+    inside[members] = True
+    seen = inside | lattice.fixed
+    kept = pairs[(inside[pairs[:, 0]] & seen[pairs[:, 1]]) | (inside[pairs[:, 1]] & seen[pairs[:, 0]])]
+    offsets, near = neighbour_lists(len(lattice.fixed), read_only(kept, np.int64))
+    alone = Neighbourhood(len(kept), read_only(offsets, np.int64), read_only(near, NEAR))
+    standing = np.array(lattice.path[: plane.n, 0])
+    best = None
+    for draw in range(_DRAWS):
+        way, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw)
+        if way is None:
+            continue
+        stepwise = _in_steps(*way, duration)
+        if best is None or len(stepwise) < len(best):
+            best = stepwise
+    return best
+
+
+def _in_steps(times: np.ndarray, angles: np.ndarray, duration: float) -> np.ndarray:
+    """A way with knots at any `times` (m,) as one with a whole number of steps for every move (steps + 1, k, 2)."""
+    counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
+    knots = np.concatenate([[0], np.cumsum(counts)])
+    steps = np.arange(knots[-1] + 1)
+    flat = angles.reshape(len(times), -1)
+    columns = [np.interp(steps, knots, column) for column in flat.T]
+    return np.stack(columns, axis=1).reshape(len(steps), *angles.shape[1:])
