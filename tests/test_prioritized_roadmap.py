@@ -312,7 +312,7 @@ def test_steps_longer_than_any_edge_are_refused(miradas):
 @pytest.mark.parametrize("name", sorted(set(PLANNERS) - {"prioritized-roadmap"}))
 def test_other_planners_refuse_four_bar_arms_in_one_line(name, miradas):
     problem = Problem(miradas, miradas.folded, miradas.folded)
-    with pytest.raises(ProblemError, match=f"planner {name} cannot plan the four-bar arms of miradas"):
+    with pytest.raises(ProblemError, match=rf"{name}.*(four-bar arms|four bars)"):
         PLANNERS[name]().plan(problem)
 
 
