@@ -126,11 +126,11 @@ def test_every_setting_of_a_planner_is_an_option(name):
 
 def test_navigation_function_has_its_options(folder, capsys):
     settings = ["--planner", "navigation-function", "--mode", "literal", "--D", "9", "--d", "3", "--dt", "0.05"]
-    more = ["--lambda1", "2", "--lambda2", "0.5", "--convergence", "0.05", "--neighbours", "18", "--patience", "3"]
+    more = ["--lambda1", "2", "--lambda2", "0.5", "--convergence", "0.05", "--neighbours", "18", "--give-up", "3"]
     run(["plan", "plane.fits", "field.ecsv", *settings, *more, "-o", "plan.fits"])
     given = fp.Plan.read("plan.fits").parameters
     assert (given["mode"], given["D"], given["d"], given["dt"], given["neighbours"]) == ("literal", 9.0, 3.0, 0.05, 18)
-    assert (given["lambda1"], given["lambda2"], given["convergence"], given["patience"]) == (2.0, 0.5, 0.05, 3.0)
+    assert (given["lambda1"], given["lambda2"], given["convergence"], given["give_up"]) == (2.0, 0.5, 0.05, 3.0)
     capsys.readouterr()
     bad = ["plan", "plane.fits", "field.ecsv", "--planner", "navigation-function"]
     assert "d must be below D, got d 5 mm and D 4 mm" in refused(folder, capsys, *bad, "--d", "5")

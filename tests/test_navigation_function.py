@@ -227,7 +227,7 @@ def test_steps_that_overshoot_are_noted():
         ({"dt": 0.0}, "dt must be a positive time"),
         ({"convergence": np.inf}, "convergence must be a positive distance"),
         ({"ease": 0.9}, "ease must be a number of 1 or more"),
-        ({"patience": 0.0}, "patience must be a positive number"),
+        ({"give_up": 0.0}, "give_up must be a positive number"),
         ({"neighbours": -1}, "neighbours must be a number of 0 or more"),
         ({"mode": "printed"}, "mode must be one of repaired, literal, got 'printed'"),
     ],

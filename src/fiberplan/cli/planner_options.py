@@ -76,7 +76,7 @@ FLAGS: dict[str, tuple[Flag, ...]] = {
         Flag("convergence", float, "mm", "How near its target a fiber has converged; 0.1 if not given."),
         Flag("neighbours", int, "", "How many repel a fiber, the nearest; 0 (default): all within D."),
         Flag("ease", float, "", "Time that all take together, in times of the slowest joint; 1.25 if not given."),
-        Flag("patience", float, "", "Give up after so many times of the slowest joint; 6 if not given."),
+        Flag("give_up", float, "", "Give up after so many times of the slowest joint; 6 if not given."),
     ),
 }
 

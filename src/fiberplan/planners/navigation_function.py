@@ -42,7 +42,7 @@ class NavigationFunction:
     mode: Literal["repaired", "literal"] = "repaired"  #: what arrives, or what is printed
     neighbours: int = 0  #: how many repel a fiber, the nearest; 0: all that can come within D
     ease: float = 1.25  #: repaired: time that all take together, in times of the slowest joint
-    patience: float = 6.0  #: who has not arrived after so many times of the slowest joint is given up
+    give_up: float = 6.0  #: who has not arrived after so many times of the slowest joint is given up
     seed: int = 0  #: of nudges at singular poses, and of who ranks above whom
 
     name = "navigation-function"
@@ -51,7 +51,7 @@ class NavigationFunction:
     def __post_init__(self) -> None:
         positive = {
             "lambda1": "weight", "lambda2": "weight", "D": "distance", "d": "distance", "dt": "time",
-            "convergence": "distance", "patience": "number",
+            "convergence": "distance", "give_up": "number",
         }  # fmt: skip
         for label, what in positive.items():
             value = getattr(self, label)
@@ -67,7 +67,7 @@ class NavigationFunction:
             raise ProblemError(f"{self.name}: mode must be one of {', '.join(MODES)}, got '{self.mode}'")
 
     def plan(self, problem: Problem) -> Plan:
-        """Descend until all have arrived, or as long as `patience` says; who has not arrived waits where it got to."""
+        """Descend until all have arrived, or as long as `give_up` says; who has not arrived waits where it got to."""
         self._refuse(problem)
         begun = process_time()
         near = Neighbourhood.of(problem.plane, problem.margin)

@@ -62,7 +62,7 @@ class Descent:
             active, movable.copy(), restless, movable, nudge_sides(n, planner.seed), np.array([0, len(awake)])
         )
         once_round = 2 * np.pi / float(plane.max_speed[:, 1].min())  # short moves too may have to make room and return
-        self.last_step = int(np.ceil(max(planner.patience * self.slowest, once_round) / planner.dt))
+        self.last_step = int(np.ceil(max(planner.give_up * self.slowest, once_round) / planner.dt))
 
     def _cost(self, times: np.ndarray) -> np.ndarray:
         """(n, k) by which choices are ranked: those in time come first, of these the ones on the same elbow side."""
