@@ -139,7 +139,7 @@ def test_navigation_function_has_its_options(folder, capsys):
 
 
 def test_plan_options_reach_the_planner(folder):
-    settings = ["--step", "0.5", "--max-travel", "600", "--literal", "--seed", "7"]
+    settings = ["--planner", "greedy-fold", "--step", "0.5", "--max-travel", "600", "--literal", "--seed", "7"]
     run(["plan", "plane.fits", "field.ecsv", *settings, "-o", "plan.fits"])
     read = fp.Plan.read("plan.fits")
     assert read.seed == 7

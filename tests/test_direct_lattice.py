@@ -187,8 +187,8 @@ def joint_steps(plane, lattice, limit, most):
 
 
 @kernel
-def alone(arms, lattice, i, j, limit, scratch, most):
-    return steps_alone(arms, lattice, i, j, limit, scratch, most)
+def alone(arms, near, lattice, i, j, limit, scratch, most):
+    return steps_alone(arms, near, lattice, i, j, limit, limit, scratch, most)
 
 
 @kernel
@@ -211,8 +211,8 @@ def test_pairs_need_as_many_steps_as_breadth_first_says(turn):
     scratch = make_scratch(lattice)
     expected = joint_steps(plane, lattice, SLACK, 30)
     assert expected is not None
-    assert alone(plane.arms, lattice, 0, 1, SLACK, scratch, 60) == expected
-    assert alone(plane.arms, lattice, 1, 0, SLACK, scratch, 60) == expected
+    assert alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 0, 1, SLACK, scratch, 60) == expected
+    assert alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 1, 0, SLACK, scratch, 60) == expected
     single = int(np.abs(lattice.last - lattice.first).max())
     assert expected >= single
     for steps, possible in ((expected - 1, False), (expected, True), (expected + 3, True)):
@@ -239,7 +239,7 @@ def test_a_pair_that_never_gets_there():
     goal[1], start[1] = np.radians([95.0, 0.0]), np.radians([175.0, 20.0])
     lattice = lattice_of(plane, start, goal, 10 * DEG, 2)
     expected = joint_steps(plane, lattice, SLACK, 200)
-    found = alone(plane.arms, lattice, 0, 1, SLACK, make_scratch(lattice), 200)
+    found = alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 0, 1, SLACK, make_scratch(lattice), 200)
     assert found == (-1 if expected is None else expected)
 
 

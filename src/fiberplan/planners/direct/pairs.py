@@ -47,6 +47,10 @@ def _clear_together(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear):
             frame_i = node_frame(arms, i, trig_i, a, b)
             for c in range(low_c, high_c + 1):
                 clear[a, b, c] = every & ~shut_betas(arms, lattice, j, c, trig_j, motion, i, frame_i, limit)
+    # both starts and both goals are clear, whatever the limit of the search
+    clear[lattice.first[i, 0], lattice.first[i, 1], lattice.first[j, 0]] |= bit(lattice.first[j, 1])
+    if lattice.last[i, 0] >= 0 and lattice.last[j, 0] >= 0:
+        clear[lattice.last[i, 0], lattice.last[i, 1], lattice.last[j, 0]] |= bit(lattice.last[j, 1])
 
 
 @leaf
@@ -205,8 +209,6 @@ def move_together(arms, near, lattice, i, j, apart, limits, respect, variety, sc
     _shut_out(arms, near, lattice, i, j, trig_i, limits, respect, steps, scratch.row, scratch.shut, state)
     _shut_out(arms, near, lattice, j, i, trig_j, limits, respect, steps, scratch.row, scratch.shut_other, state)
     _clear_together(arms, lattice, i, j, apart, trig_i, trig_j, steps, clear)
-    if lattice.last[i, 0] >= 0 and lattice.last[j, 0] >= 0:  # the goals are, whatever the limit of the search
-        clear[lattice.last[i, 0], lattice.last[i, 1], lattice.last[j, 0]] |= bit(lattice.last[j, 1])
     _stand_at_start(lattice, i, j, steps, reach[0])
     for k in range(steps):
         if not _advance(
@@ -232,25 +234,56 @@ def _stand_at_start(lattice, i, j, steps, reached):
 
 
 @leaf
-def steps_alone(arms, lattice, i, j, limit, scratch, most):
-    """Steps that positioners i and j need if nobody else were there; -1 if they never get there on these lattices.
+def _stands(lattice, j):
+    """Whether arm j never moves and will not; one on its way for good does."""
+    if not lattice.fixed[j]:
+        return False
+    for k in range(1, lattice.path.shape[1]):
+        if lattice.path[j, k, 0] != lattice.path[j, 0, 0] or lattice.path[j, k, 1] != lattice.path[j, 0, 1]:
+            return False
+    return True
 
-    At most `most` are tried; `most + 1` says that it takes more.
+
+@leaf
+def _shut_for_good(arms, near, lattice, i, trig, limit, row):
+    """Fill `row` (A,) with the nodes of positioner i that arms which never move shut; its start and goal are not."""
+    motion = beta_motion(arms, lattice, i)
+    for a in range(lattice.size[i, 0]):
+        row[a] = _NONE
+    for q in range(near.offsets[i], near.offsets[i + 1]):
+        j = near.near[q].arm
+        if _stands(lattice, j):
+            frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
+            for a in range(lattice.size[i, 0]):
+                row[a] |= shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
+    row[lattice.first[i, 0]] &= ~bit(lattice.first[i, 1])
+    if lattice.last[i, 0] >= 0:
+        row[lattice.last[i, 0]] &= ~bit(lattice.last[i, 1])
+
+
+@leaf
+def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
+    """Steps that positioners i and j need past each other and what never moves; -1 if they never get there.
+
+    `apart` is the clearance to keep from each other, `limit` from the rest [mm]. At most `most` steps are tried;
+    `most + 1` says that it takes more. Never means on these lattices.
     """
     trig_i, trig_j, reach, clear = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear
     link_directions(arms, lattice, i, trig_i)
     link_directions(arms, lattice, j, trig_j)
-    _clear_together(arms, lattice, i, j, limit, trig_i, trig_j, _UNBOUNDED, clear)
+    _clear_together(arms, lattice, i, j, apart, trig_i, trig_j, _UNBOUNDED, clear)
+    _shut_for_good(arms, near, lattice, i, trig_i, limit, scratch.shut[0])
+    _shut_for_good(arms, near, lattice, j, trig_j, limit, scratch.shut_other[0])
     for n in range(2):
         for a in range(lattice.size[i, 0]):
             for b in range(lattice.size[i, 1]):
                 for c in range(lattice.size[j, 0]):
                     reach[n, a, b, c] = _NONE
     _stand_at_start(lattice, i, j, _UNBOUNDED, reach[0])
-    nothing = scratch.nothing
+    shut_i, shut_j = scratch.shut[0], scratch.shut_other[0]
     for k in range(most):
         here, there = reach[k % 2], reach[(k + 1) % 2]
-        _advance(lattice, i, j, k, _UNBOUNDED, here, there, scratch.turned_both, clear, nothing, nothing)
+        _advance(lattice, i, j, k, _UNBOUNDED, here, there, scratch.turned_both, clear, shut_i, shut_j)
         low_i, high_i = window(lattice, i, k + 1, _UNBOUNDED)
         low_j, high_j = window(lattice, j, k + 1, _UNBOUNDED)
         grown = False
@@ -269,25 +302,18 @@ def steps_alone(arms, lattice, i, j, limit, scratch, most):
 def steps_past_fixed(arms, near, lattice, i, limit, scratch, most):
     """Steps that positioner i needs past those that never move, if nobody else were there; -1 if it never gets there.
 
-    At most `most` are tried; `most + 1` says that it takes more. Arms on their way for good count as they begin.
+    At most `most` are tried; `most + 1` says that it takes more.
     """
     trig, shut, row = scratch.trig, scratch.shut, scratch.row
     link_directions(arms, lattice, i, trig)
-    motion = beta_motion(arms, lattice, i)
     alphas, betas = lattice.size[i, 0], lattice.size[i, 1]
     every = ~_NONE if betas == 64 else bit(betas) - _ONE
+    _shut_for_good(arms, near, lattice, i, trig, limit, row)
     for a in range(alphas):
-        row[a] = every
+        row[a] = every & ~row[a]
         shut[0, a] = _NONE
-    for q in range(near.offsets[i], near.offsets[i + 1]):
-        j = near.near[q].arm
-        if lattice.fixed[j]:
-            frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
-            for a in range(alphas):
-                row[a] &= ~shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
     goal_a, goal_b = lattice.last[i, 0], lattice.last[i, 1]
     shut[0, lattice.first[i, 0]] = bit(lattice.first[i, 1])
-    row[goal_a] |= bit(goal_b)  # as the problem has found
     for k in range(most + 1):
         here, there = k % 2, (k + 1) % 2
         if holds(shut[here, goal_a], goal_b):

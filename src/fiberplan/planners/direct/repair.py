@@ -56,7 +56,6 @@ class Scratch(NamedTuple):
     turned: np.ndarray  # (A, B) float32
     bias: np.ndarray  # (B,) float32
     row: np.ndarray  # (A,) uint64
-    nothing: np.ndarray  # (A,) uint64, zeros
     shut: np.ndarray  # (steps + 1, A) uint64
     shut_other: np.ndarray
     trig: np.ndarray  # (A, B + 1, 2)
@@ -77,7 +76,6 @@ def make_scratch(lattice: Lattice) -> Scratch:
         turned=np.empty((a, b), np.float32),
         bias=np.empty(b, np.float32),
         row=np.empty(a, word),
-        nothing=np.zeros(a, word),
         shut=np.empty((k, a), word),
         shut_other=np.empty((k, a), word),
         trig=np.empty((a, b + 1, 2)),
@@ -211,6 +209,7 @@ def needed_past_fixed(arms, near, lattice, who, scratch, limit, most):
 
 
 @kernel
-def needed_alone(arms, lattice, pairs, search, scratch, pair, most):
-    """Steps that a pair needs if nobody else were there, at most `most` + 1; -1 for ever."""
-    return steps_alone(arms, lattice, pairs[pair, 0], pairs[pair, 1], search.joint_limits[pair], scratch, most)
+def needed_alone(arms, near, lattice, pairs, search, scratch, pair, limit, most):
+    """Steps that a pair needs past each other and what never moves, at most `most` + 1; -1 for ever."""
+    i, j = pairs[pair, 0], pairs[pair, 1]
+    return steps_alone(arms, near, lattice, i, j, search.joint_limits[pair], limit, scratch, most)

@@ -36,7 +36,7 @@ _PATIENCE_PER_CONTACT = 3  # as many more for each pair that touched at first
 _LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
 _JOINT_WORK = 20  # single replans that a joint one counts as
 _LARGEST_CLUSTER = 4  # moved together
-_LONGER = 1.4  # times the steps there are: a joint way that takes more is not worth it
+_LONGER = 0.03  # joint ways may take this much longer than everyone has, times the square of how often all got stuck
 _SECOND_WIND = 100  # replans for every goal given up
 
 
@@ -135,26 +135,24 @@ class DirectSearch:
                 budget = max(budget, self.work) + _SECOND_WIND * self._settle()
                 stuck = 0
             elif stuck > patience:
-                self._untangle(min(2 + growth, _LARGEST_CLUSTER))
+                self._untangle(min(2 + growth, _LARGEST_CLUSTER), int(self.steps * (1 + _LONGER * growth**2)))
                 self._lengthen(min(self.steps + growth, self._most_steps))
                 stuck, growth, patience = 0, growth + 1, _PATIENCE
         return False
 
-    def _untangle(self, size: int) -> None:
-        """Put clusters of `size` around the pairs that still touch on joint ways of their own, if those are short."""
+    def _untangle(self, size: int, most: int) -> None:
+        """Put clusters of `size` around pairs that still touch on joint ways of their own, of at most so many steps."""
         lattice, search, goal = self.lattice, self.search, self.goal
         taken: set[int] = set()
         for p in search.open[: self.touching].tolist():
-            pair = tuple(self.pairs[p].tolist())
-            if self.lattice.fixed[list(pair)].any():
-                continue
-            members = cluster_around(pair, size, self.near, search, lattice)
-            if len(members) < size or taken & set(members):
+            movable = [i for i in self.pairs[p].tolist() if not lattice.fixed[i]]
+            members = cluster_around(movable, size, self.near, search, lattice)
+            if taken & set(members):
                 continue
             ends = np.where(np.isnan(goal[members]), lattice.path[members, -1], goal[members])
             margin, seed = self.problem.margin, int(search.state[0] % np.uint64(2**31))
             way = untangled(self.plane, self.pairs, lattice, members, ends, margin, self.duration, seed)
-            if way is None or len(way) - 1 > _LONGER * self.steps or len(way) - 1 > self._most_steps:
+            if way is None or len(way) - 1 > min(most, self._most_steps):
                 continue
             taken |= set(members)
             self._lengthen(len(way) - 1)
@@ -168,7 +166,10 @@ class DirectSearch:
 
     def _lengthen_for(self, pair: int) -> None:
         """Find how many steps a pair needs that cannot be moved together; give up one of its goals if too many."""
-        need = needed_alone(self._arms, self.lattice, self.pairs, self.search, self._scratch, pair, self._most_steps)
+        need = needed_alone(
+            self._arms, self.near, self.lattice, self.pairs, self.search, self._scratch, pair, self.limit,
+            self._most_steps,
+        )  # fmt: skip
         if need < 0 or need > self._most_steps:
             self._give_up_for(pair)
         else:

@@ -14,21 +14,20 @@ from fiberplan.planners.coupled import joint_path
 from fiberplan.planners.direct.lattice import UNDER_LIMIT, Lattice
 from fiberplan.planners.direct.repair import Search
 
-_DRAWS = 6  # searches, of which the shortest way is taken
+_DRAWS = 3  # searches, of which the shortest way is taken
+_NODES = 4000  # of either tree: these ways out are narrow
 
 
-def cluster_around(
-    pair: tuple[int, int], size: int, near: Neighbourhood, search: Search, lattice: Lattice
-) -> list[int]:
-    """`pair` and the neighbours that it has had most trouble with, `size` in all."""
+def cluster_around(core: list[int], size: int, near: Neighbourhood, search: Search, lattice: Lattice) -> list[int]:
+    """`core` and the neighbours that it has had most trouble with, `size` in all if there are as many."""
     trouble: dict[int, float] = {}
-    for i in pair:
+    for i in core:
         for entry in near.near[near.offsets[i] : near.offsets[i + 1]]:
             j = int(entry["arm"])
-            if j not in pair and not lattice.fixed[j]:
+            if j not in core and not lattice.fixed[j]:
                 trouble[j] = trouble.get(j, 0.0) + float(search.weight[entry["pair"]])
-    others = sorted(trouble, key=lambda j: (-trouble[j], j))[: size - len(pair)]
-    return sorted([*pair, *others])
+    others = sorted(trouble, key=lambda j: (-trouble[j], j))[: size - len(core)]
+    return sorted([*core, *others])
 
 
 def untangled(
@@ -65,7 +64,7 @@ def untangled(
     standing = np.array(lattice.path[: plane.n, 0])
     best = None
     for draw in range(_DRAWS):
-        way, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw)
+        way, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw, _NODES)
         if way is None:
             continue
         stepwise = _in_steps(*way, duration)
