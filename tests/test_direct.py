@@ -111,6 +111,8 @@ def behind_posts():
 
 def test_no_way_past_obstacles_is_given_up_with_their_names():
     plan = fp.planners.Direct().plan(behind_posts())
+    assert plan.outcomes == (Outcome.INFEASIBLE,)
+    assert "proven barred" in plan.notes[-1]
     assert plan.lost.tolist() == [0]
     assert plan.faults() == []
     assert plan.blockers[0]

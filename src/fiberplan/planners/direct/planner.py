@@ -6,12 +6,13 @@ clear in continuous time; straightening leaves a few knots of it.
 """
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from time import monotonic, process_time
 
 import numpy as np
 
+from fiberplan.certificates import proven_unreachable
 from fiberplan.errors import ProblemError
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Outcome, Plan
@@ -24,6 +25,7 @@ from fiberplan.planners.straighten import straighten
 from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem
 
+_LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
 
 
@@ -36,7 +38,7 @@ class Direct:
     """
 
     max_time: float | None = None  #: cap of the makespan [s]
-    budget: float = 60.0  #: replans per positioner before goals are given up; a joint one counts as 20
+    budget: float = 60.0  #: replans per positioner, and 5,000, before goals are given up; a joint one counts as 20
     turn: float = np.radians(6.0)  #: of alpha in one step of the search [rad]
     seed: int = 0  #: of the order of repairs
 
@@ -79,7 +81,7 @@ class Direct:
 
         try:
             search.begin()
-            solved = search.run(int(self.budget * problem.n), proceed)
+            solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
         except KeyboardInterrupt:
             solved = False
         searched = process_time()
@@ -87,18 +89,19 @@ class Direct:
             return self._hub(problem, begun, "interrupted: the fold hub is the best plan so far", interrupted=True)
         motion = as_trajectory(search.lattice.path[: problem.n], search.duration)
         motion = straighten(problem.plane, motion, problem.margin, near)
+        barred = [i for i in search.given_up if _is_barred(problem, i)]
         plan = Plan(
             problem=problem,
             trajectory=motion,
-            outcomes=_outcomes(problem, search, late),
+            outcomes=_outcomes(problem, search, late, barred),
             planner=self.name,
             parameters=dataclasses.asdict(self),
             seed=self.seed,
             blockers=_blockers(problem, search),
             timings={"search": searched - begun, "straighten": process_time() - searched},
-            notes=(*problem.notes, *_notes(problem, search, late, self.max_time)),
+            notes=(*problem.notes, *_notes(problem, search, late, barred, self.max_time)),
         )
-        if not search.given_up:
+        if len(barred) == len(search.given_up):
             return plan
         hub = self._hub(problem, begun, "the fold hub keeps more than the direct way")
         in_time = self.max_time is None or hub.makespan <= self.max_time
@@ -127,7 +130,16 @@ class Direct:
         )
 
 
-def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray) -> tuple[Outcome, ...]:
+def _is_barred(problem: Problem, i: int) -> bool:
+    """Whether it is proven that what never moves bars positioner `i` from its goal, and from every alternative."""
+    if np.isnan(problem.goal[i, 0]):
+        return False
+    others = [] if problem.alternatives is None else [q for q in problem.alternatives[i] if not np.isnan(q[0])]
+    goals = [problem.goal[i], *others]
+    return all(proven_unreachable(problem.plane, i, problem.start, goal, problem.margin) for goal in goals)
+
+
+def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray, barred: Sequence[int]) -> tuple[Outcome, ...]:
     """An outcome for every positioner, the first that fits."""
 
     def outcome(i: int) -> Outcome:
@@ -137,7 +149,7 @@ def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray) -> tuple
             return Outcome.NO_TARGET
         if i in problem.dropped:
             return Outcome.DROPPED
-        if late[i]:
+        if late[i] or i in barred:
             return Outcome.INFEASIBLE
         return Outcome.DEADLOCKED if i in search.given_up else Outcome.ARRIVED
 
@@ -152,7 +164,9 @@ def _blockers(problem: Problem, search: DirectSearch) -> dict[int, tuple[int, ..
     return dict(sorted((early | given_up).items()))
 
 
-def _notes(problem: Problem, search: DirectSearch, late: np.ndarray, max_time: float | None) -> list[str]:
+def _notes(
+    problem: Problem, search: DirectSearch, late: np.ndarray, barred: Sequence[int], max_time: float | None
+) -> list[str]:
     """What the outcomes do not say."""
     ids, notes = problem.plane.ids, []
     if search.slowest_pair is not None:
@@ -161,6 +175,8 @@ def _notes(problem: Problem, search: DirectSearch, late: np.ndarray, max_time: f
         notes.append(f"pair bound: {names} need {seconds:.1f} s even alone (an estimate on a lattice, no proof)")
     if late.any():
         notes.append(f"proven out of reach within {max_time:g} s by joint speeds: {_listed(ids, np.flatnonzero(late))}")
+    if barred:
+        notes.append(f"proven barred from their goals by what never moves: {_listed(ids, barred)}")
     if search.held:
         notes.append(f"held at the start: {_listed(ids, sorted(search.held))}")
     return notes
