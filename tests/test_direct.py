@@ -247,3 +247,22 @@ def test_settings_are_checked(settings, said):
     with pytest.raises(ProblemError, match="direct") as error:
         fp.planners.Direct(**settings)
     assert said in str(error.value)
+
+
+def test_three_that_only_move_together():
+    """Each goal is across another's start, around in a ring: no two can do it while the third stands anywhere."""
+    around = np.radians([90.0, 210.0, 330.0])
+    plane = hexagon(1)
+    first = slice(0, 3)
+    fields = ("length", "folded", "lower", "upper", "max_speed", "online")
+    plane = plane.replace(
+        ids=("P0", "P1", "P2"),
+        base=22.4 / np.sqrt(3.0) * np.stack([np.cos(around), np.sin(around)], axis=1),
+        zero=np.stack([around, np.zeros(3)], axis=1),
+        fiber_offsets={"fiber": plane.fiber[first]},
+        **{name: getattr(plane, name)[first] for name in fields},
+    )
+    start, goal = np.tile(np.radians([118.0, 11.0]), (3, 1)), np.tile(np.radians([188.0, 54.0]), (3, 1))
+    plan = fp.planners.Direct().plan(fp.Problem(plane, start, goal))
+    assert plan.faults() == []
+    assert set(plan.outcomes) == {Outcome.ARRIVED}

@@ -120,7 +120,7 @@ class DirectSearch:
     def run(self, budget: int, proceed: Callable[[], bool]) -> bool:
         """Repair until nothing touches; False if `proceed` said to stop before that."""
         patience = _PATIENCE + _PATIENCE_PER_CONTACT * self.touching
-        stuck, growth = 0, 1
+        stuck, growth, last_resort = 0, 1, False
         while proceed():
             result = repair(
                 self._arms, self.near, self.lattice, self.pairs, self.search, self._scratch, self.limit, self.steps,
@@ -132,7 +132,9 @@ class DirectSearch:
             if result == TOO_SHORT:
                 self._lengthen_for(int(self.search.work[3]))
             elif self.work > budget or (stuck > patience and self.steps >= self._most_steps):
-                budget = max(budget, self.work) + _SECOND_WIND * self._settle()
+                untangled = 0 if last_resort else self._untangle(_LARGEST_CLUSTER, self._most_steps)
+                last_resort = True
+                budget = max(budget, self.work) + _SECOND_WIND * (untangled or self._settle())
                 stuck = 0
             elif stuck > patience:
                 self._untangle(min(2 + growth, _LARGEST_CLUSTER), int(self.steps * (1 + _LONGER * growth**2)))
@@ -140,8 +142,8 @@ class DirectSearch:
                 stuck, growth, patience = 0, growth + 1, _PATIENCE
         return False
 
-    def _untangle(self, size: int, most: int) -> None:
-        """Put clusters of `size` around pairs that still touch on joint ways of their own, of at most so many steps."""
+    def _untangle(self, size: int, most: int) -> int:
+        """Put clusters of `size` around pairs that touch on joint ways of at most so many steps; how many positioners."""
         lattice, search, goal = self.lattice, self.search, self.goal
         taken: set[int] = set()
         for p in search.open[: self.touching].tolist():
@@ -163,6 +165,7 @@ class DirectSearch:
                 search.held[i] = HELD
         if taken:
             self._look_everywhere()
+        return len(taken)
 
     def _lengthen_for(self, pair: int) -> None:
         """Find how many steps a pair needs that cannot be moved together; give up one of its goals if too many."""
