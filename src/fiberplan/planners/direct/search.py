@@ -143,7 +143,7 @@ class DirectSearch:
         return False
 
     def _untangle(self, size: int, most: int) -> int:
-        """Put clusters of `size` around pairs that touch on joint ways of at most so many steps; how many positioners."""
+        """Put clusters of `size` around pairs that touch on joint ways of at most so many steps; how many have moved."""
         lattice, search, goal = self.lattice, self.search, self.goal
         taken: set[int] = set()
         for p in search.open[: self.touching].tolist():
