@@ -173,6 +173,9 @@ def _notes(
         names = " and ".join(ids[i] for i in search.slowest_pair)
         seconds = search.duration * search.slowest_need
         notes.append(f"pair bound: {names} need {seconds:.1f} s even alone (an estimate on a lattice, no proof)")
+    if search.slowest_past_fixed is not None:
+        name, seconds = ids[search.slowest_past_fixed], search.duration * search.need_past_fixed
+        notes.append(f"{name} needs {seconds:.1f} s past what never moves (an estimate on a lattice, no proof)")
     if late.any():
         notes.append(f"proven out of reach within {max_time:g} s by joint speeds: {_listed(ids, np.flatnonzero(late))}")
     if barred:

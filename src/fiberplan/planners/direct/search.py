@@ -61,6 +61,8 @@ class DirectSearch:
         self.held: set[int] = set()  #: never leave their start
         self.slowest_pair: tuple[int, int] | None = None
         self.slowest_need = 0  #: steps that it needs alone
+        self.slowest_past_fixed: int | None = None  #: who needs more than by joint speeds, past what never moves
+        self.need_past_fixed = 0  #: steps that it needs
         travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
         bound = float(travel.max(initial=0.0))
         longest = longest_step(plane, problem.start, goal, turn)
@@ -100,7 +102,10 @@ class DirectSearch:
         for i in who[(needs < 0) | (needs > self._most_steps)]:
             fixed_near = [int(j) for j in self._neighbours(i) if self.lattice.fixed[j]]
             self._give_up(int(i), tuple(fixed_near))
-        self._lengthen(int(needs[needs <= self._most_steps].max(initial=0)))
+        possible = np.where(needs <= self._most_steps, needs, 0)
+        if possible.max(initial=0) > self.steps:
+            self.slowest_past_fixed, self.need_past_fixed = int(who[possible.argmax()]), int(possible.max())
+            self._lengthen(self.need_past_fixed)
         place_each(self._arms, nobody, self.lattice, self.search, self._scratch, online, self.steps)
         self._look_everywhere()
 
@@ -143,7 +148,7 @@ class DirectSearch:
         return False
 
     def _untangle(self, size: int, most: int) -> int:
-        """Put clusters of `size` around pairs that touch on joint ways of at most so many steps; how many have moved."""
+        """Put clusters of `size` around pairs that touch on joint ways of at most so many steps; how many move now."""
         lattice, search, goal = self.lattice, self.search, self.goal
         taken: set[int] = set()
         for p in search.open[: self.touching].tolist():
