@@ -16,7 +16,7 @@ from fiberplan.kernels.sweep import SLACK
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.planners.direct.contacts import contacts_of_all, steps_in_contact
 from fiberplan.planners.direct.lattice import MOST_BETAS, UNDER_LIMIT, lengthened, longest_step, make_lattice
-from fiberplan.planners.direct.pairs import move_together, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.pairs import look_at_pair, move_together, steps_alone, steps_past_fixed
 from fiberplan.planners.direct.repair import make_scratch
 from fiberplan.planners.direct.shadows import beta_motion, link_directions, shut_betas
 from fiberplan.planners.direct.single import replan
@@ -193,7 +193,8 @@ def alone(arms, near, lattice, i, j, limit, scratch, most):
 
 @kernel
 def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
-    return move_together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state)
+    look_at_pair(arms, lattice, i, j, apart, scratch, steps)
+    return move_together(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state)
 
 
 def exchange():

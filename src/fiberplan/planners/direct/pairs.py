@@ -183,8 +183,18 @@ def _shut_out(arms, near, lattice, me, other, trig, limits, respect, steps, row,
 
 
 @leaf
-def move_together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
+def look_at_pair(arms, lattice, i, j, apart, scratch, steps):
+    """Find where positioners i and j clear each other by `apart` [mm]: what `move_together` stands on, in `scratch`."""
+    link_directions(arms, lattice, i, scratch.trig)
+    link_directions(arms, lattice, j, scratch.trig_other)
+    _clear_together(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, scratch.clear)
+
+
+@leaf
+def move_together(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state):
     """Put positioners i and j on ways clear of each other and of their neighbours, if there are any.
+
+    `look_at_pair` comes first.
 
     Args:
         arms: the array.
@@ -192,7 +202,6 @@ def move_together(arms, near, lattice, i, j, apart, limits, respect, variety, sc
         lattice: everybody's ways.
         i: one positioner.
         j: the other.
-        apart: clearance to keep from each other [mm].
         limits: (pairs,) clearance to keep from others [mm].
         respect: how much the ways of neighbours count, from 1.5, all of them, to 0, only of those that cannot move.
         variety: from 0, the way that is folded most, to 1, anything like it.
@@ -204,11 +213,8 @@ def move_together(arms, near, lattice, i, j, apart, limits, respect, variety, sc
         whether there was a way.
     """
     trig_i, trig_j, reach, clear = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear
-    link_directions(arms, lattice, i, trig_i)
-    link_directions(arms, lattice, j, trig_j)
     _shut_out(arms, near, lattice, i, j, trig_i, limits, respect, steps, scratch.row, scratch.shut, state)
     _shut_out(arms, near, lattice, j, i, trig_j, limits, respect, steps, scratch.row, scratch.shut_other, state)
-    _clear_together(arms, lattice, i, j, apart, trig_i, trig_j, steps, clear)
     _stand_at_start(lattice, i, j, steps, reach[0])
     for k in range(steps):
         if not _advance(

@@ -14,7 +14,7 @@ from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.randoms import uniform
 from fiberplan.planners.direct.contacts import steps_in_contact
 from fiberplan.planners.direct.lattice import Lattice
-from fiberplan.planners.direct.pairs import move_together, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.pairs import look_at_pair, move_together, steps_alone, steps_past_fixed
 from fiberplan.planners.direct.single import replan
 
 EXTENDED = 0.02  # price of a step at full extension; touching costs 1 or more
@@ -151,12 +151,12 @@ def place_each(arms, near, lattice, search, scratch, who, steps):
 @leaf
 def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
     """Move a pair together; returns False if it needs more steps than there are."""
+    variety = min(1.0, 0.2 * search.joined[pair])
+    look_at_pair(arms, lattice, i, j, search.joint_limits[pair], scratch, steps)
     for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
         search.work[1] += 1
-        apart, variety = search.joint_limits[pair], min(1.0, 0.2 * search.joined[pair])
-        if move_together(
-            arms, near, lattice, i, j, apart, search.limits, _RESPECT[n], variety, scratch, steps, search.state
-        ):
+        limits, respect = search.limits, _RESPECT[n]
+        if move_together(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, search.state):
             search.joined[pair] += 1
             search.held[i] = search.held[j] = HELD
             _look_around(arms, near, lattice, search, i, limit, steps)
