@@ -132,7 +132,9 @@ class DirectSearch:
                 _CHUNK,
             )  # fmt: skip
             if result == SOLVED:
-                return True
+                self._look_everywhere()  # once more, at all
+                if not self.touching:
+                    return True
             stuck += _CHUNK
             if result == TOO_SHORT:
                 self._lengthen_for(int(self.search.work[3]))
