@@ -113,6 +113,30 @@ def test_shut_nodes_are_those_in_contact(margin):
     assert found > 100
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_shut_nodes_of_many_pieces(seed):
+    """The MOONS prototype: seven zones at their heights, beta around nearly a whole turn."""
+    plane = fp.FocalPlane.load("moons")
+    who = 500
+    near = Neighbourhood.of(plane, 0.0)
+    beside = near.near["arm"][near.offsets[who] : near.offsets[who + 1]]
+    beside = sorted(beside[beside < plane.n], key=lambda j: np.hypot(*(plane.base[j] - plane.base[who])))[:8]
+    rng = np.random.default_rng(seed)
+    low, high = plane.lower, plane.upper
+    start = low + rng.random((plane.n, 2)) * (high - low)
+    lattice = lattice_of(plane, start, np.full((plane.n, 2), np.nan), 12 * DEG, 1)
+    scratch = make_scratch(lattice)
+    found = 0
+    for j in beside:
+        shut_of(plane.arms, lattice, who, j, SLACK, scratch.trig, scratch.row)
+        for a, b in product(range(0, lattice.size[who, 0], 2), range(lattice.size[who, 1])):
+            here = (lattice.alpha[who, a], lattice.beta[who, b])
+            gap = clearance(plane.arms, who, *here, j, *start[j])
+            assert bool((int(scratch.row[a]) >> b) & 1) == (not gap >= SLACK)
+            found += not gap >= SLACK
+    assert found > 20
+
+
 @kernel
 def replan_one(arms, near, lattice, i, weight, limits, scratch, extended, turn, steps):
     replan(arms, near, lattice, i, weight, limits, scratch, extended, turn, steps)

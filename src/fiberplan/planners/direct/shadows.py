@@ -6,13 +6,15 @@ than the limit vouches for all betas that the farthest body point cannot use c u
 
 import numpy as np
 
-from fiberplan.kernels.arms import frame
-from fiberplan.kernels.clearance import clearance_within
+from fiberplan.kernels.arms import frame, point
+from fiberplan.kernels.clearance import clearance_within, meet
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.planners.direct.lattice import window
 
 _ONE = np.uint64(1)
 _NONE = np.uint64(0)
+_TURN = 2.0 * np.pi
+_ROOM = 1e-6  # [mm] for rounding
 _LEAP = 8.0  # betas that one look may vouch for: looking farther costs more than looking again
 
 
@@ -91,6 +93,58 @@ def cannot_meet(arms, lattice, i, ex, ey, j, frame_j, limit):
     )
 
 
+@inlined
+def _among(lattice, i, low, high):
+    """The beta nodes of positioner i from `low` to `high` [rad], and perhaps a few beside them."""
+    count = lattice.size[i, 1]
+    first, last = lattice.beta[i, 0], lattice.beta[i, count - 1]
+    spacing = (last - first) / max(count - 2, 1)  # or more: one node may be extra
+    if high < first or low > last or not spacing > 0.0:
+        return _NONE if spacing > 0.0 else ~_NONE
+    lattice_spacing = (last - first) / max(count - 1, 1)
+    begin = max(int(np.floor((low - first) / spacing)) - 1, 0)
+    end = min(int(np.ceil((high - first) / lattice_spacing)) + 1, count - 1)
+    if end - begin >= 63:
+        return ~_NONE
+    return ((_ONE << np.uint64(end - begin + 1)) - _ONE) << np.uint64(begin)
+
+
+@leaf
+def _betas_to_look_at(arms, lattice, i, ex, ey, first, j, frame_j, limit):
+    """The beta nodes of positioner i at which circles about its pieces come within `limit` [mm] of those of arm j.
+
+    The elbow is at (ex, ey), and the first link points to `first` [rad]. A piece rides on a circle about the elbow, so
+    two circles come near each other over one interval of beta. Pieces of the first link are near at all betas or none.
+    """
+    bits = _NONE
+    for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+        mine = arms.piece[p]
+        ride = np.hypot(mine.u, mine.v)
+        for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
+            if not meet(arms, p, q):
+                continue
+            theirs = arms.piece[q]
+            x, y = point(frame_j, theirs.link, theirs.u, theirs.v)
+            near = mine.extent + mine.radius + theirs.extent + theirs.radius + limit + _ROOM
+            if mine.link != 2 or not near > 0.0:
+                return ~_NONE
+            far = np.hypot(x - ex, y - ey)
+            if far > ride + near or far < ride - near:
+                continue
+            if ride * far < 1e-9:
+                return ~_NONE
+            cosine = (ride * ride + far * far - near * near) / (2.0 * ride * far)
+            if cosine <= -1.0:
+                return ~_NONE
+            half = np.arccos(min(cosine, 1.0)) + 1e-9
+            middle = np.arctan2(y - ey, x - ex) - np.arctan2(mine.v, mine.u) - first - arms.arm[i].beta_zero
+            middle += _TURN * np.ceil((lattice.beta[i, 0] - middle - half) / _TURN)
+            while middle - half <= lattice.beta[i, lattice.size[i, 1] - 1]:
+                bits |= _among(lattice, i, middle - half, middle + half)
+                middle += _TURN
+    return bits
+
+
 @leaf
 def shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
     """The beta nodes of positioner i at its alpha node `a` that do not clear arm j by `limit` [mm]."""
@@ -98,8 +152,13 @@ def shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
     x, y = arms.arm[i].x + arms.arm[i].length * trig[a, 0, 0], arms.arm[i].y + arms.arm[i].length * trig[a, 0, 1]
     if cannot_meet(arms, lattice, i, x, y, j, frame_j, limit):
         return bits
+    first = lattice.alpha[i, a] + arms.arm[i].alpha_zero
+    look = _betas_to_look_at(arms, lattice, i, x, y, first, j, frame_j, limit)
     b = 0
     while b < lattice.size[i, 1]:
+        if not holds(look, b):
+            b += 1
+            continue
         at = node_frame(arms, i, trig, a, b)
         gap = clearance_within(arms, i, at, j, frame_j, limit, limit + _LEAP * motion)
         if gap >= limit:
