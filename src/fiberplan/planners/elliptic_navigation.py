@@ -16,7 +16,7 @@ from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners.elliptic.drive import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.elliptic.field import Field
-from fiberplan.planners.navigation.parity import faster_goals
+from fiberplan.planners.parity import faster_goals
 from fiberplan.planners.resting import place_the_rest
 from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import EQUALITY, Problem

@@ -20,7 +20,7 @@ from fiberplan.planners.direct.lattice import UNDER_LIMIT
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
-from fiberplan.planners.navigation.parity import faster_goals
+from fiberplan.planners.parity import faster_goals
 from fiberplan.planners.straighten import straighten
 from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem

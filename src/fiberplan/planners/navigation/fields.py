@@ -12,13 +12,13 @@ from fiberplan.planners.navigation.descent import FULL, Crowd, Weights
 from fiberplan.planners.navigation.fiber_ends import fiber_ends
 from fiberplan.planners.navigation.giving_way import AHEAD
 from fiberplan.planners.navigation.last_resort import append_joint_ways
-from fiberplan.planners.navigation.parity import choices_of, chosen, faster_goals, other_parities, travel_times
 from fiberplan.planners.navigation.recording import new_record, recorded, with_room
 from fiberplan.planners.navigation.rehearsal import EVERY, SPARE, take_turns
 from fiberplan.planners.navigation.repaired import descend_repaired
 from fiberplan.planners.navigation.safe_steps import stepping
 from fiberplan.planners.navigation.singular import nudge_sides
 from fiberplan.planners.navigation.way import MIDDLE, WAY, by_way_of_home
+from fiberplan.planners.parity import choices_of, chosen, faster_goals, other_parities, travel_times
 from fiberplan.problem import Problem
 from fiberplan.trajectory import Trajectory
 
