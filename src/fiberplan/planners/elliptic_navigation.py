@@ -16,6 +16,7 @@ from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners.elliptic.drive import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.elliptic.field import Field
+from fiberplan.planners.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.parity import faster_goals
 from fiberplan.planners.resting import place_the_rest
 from fiberplan.planners.two_links import refuse_bars
@@ -126,23 +127,17 @@ class EllipticNavigationFunction:
 
     @staticmethod
     def _outcome(problem: Problem, i: int, arrived: bool) -> Outcome:
-        if not problem.plane.online[i]:
-            return Outcome.OFFLINE
-        if i in problem.dropped:
-            return Outcome.DROPPED
-        if np.isnan(problem.requested[i, 0]):
-            return Outcome.NO_TARGET
-        return Outcome.ARRIVED if arrived else Outcome.DEADLOCKED
+        return settled_outcome(problem, i) or (Outcome.ARRIVED if arrived else Outcome.DEADLOCKED)
 
     @staticmethod
     def _blockers(problem: Problem, drive: Drive, outcomes: tuple[Outcome, ...]) -> dict[int, tuple[int, ...]]:
         """Positioner that did not arrive -> who is in its way; -1 - k is obstacle k."""
-        blockers = {i: dropped.blockers for i, dropped in problem.dropped.items() if dropped.blockers}
+        blockers: dict[int, tuple[int, ...]] = {}
         lost = np.array([i for i, outcome in enumerate(outcomes) if outcome is Outcome.DEADLOCKED], np.int64)
         for i, arm in zip(lost.tolist(), drive.in_the_way(lost).tolist(), strict=True):
             if arm >= 0:
                 blockers[i] = (arm if arm < problem.n else problem.n - 1 - arm,)
-        return dict(sorted(blockers.items()))
+        return all_blockers(problem, blockers)
 
     def _notes(self, problem: Problem, alone: int, arrived: int, nowhere: np.ndarray) -> list[str]:
         notes = []

@@ -14,6 +14,7 @@ from fiberplan.neighbourhood import Neighbourhood, clearance_around
 from fiberplan.plan import Outcome
 from fiberplan.planners.clusters import clusters, neighbours
 from fiberplan.planners.joint_relief import Fold
+from fiberplan.planners.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.resting import place_the_rest
 from fiberplan.problem import EQUALITY, Problem
 
@@ -134,20 +135,16 @@ class Losses:
         problem = self._problem
 
         def outcome(i: int) -> Outcome:
-            if not problem.plane.online[i]:
-                return Outcome.OFFLINE
-            if np.isnan(problem.requested[i, 0]) and i not in problem.dropped:
-                return Outcome.NO_TARGET
-            if i in problem.dropped or i in self._dropped:
+            settled = settled_outcome(problem, i)
+            if settled is None and i in self._dropped:
                 return Outcome.DROPPED
-            return Outcome.DEADLOCKED if i in self._given_up else Outcome.ARRIVED
+            return settled or (Outcome.DEADLOCKED if i in self._given_up else Outcome.ARRIVED)
 
         return tuple(outcome(i) for i in range(problem.n))
 
     def blockers(self) -> dict[int, tuple[int, ...]]:
         """Positioner that does not arrive -> who stood in its way."""
-        early = {i: d.blockers for i, d in self._problem.dropped.items() if d.blockers}
-        return dict(sorted((early | self._given_up | self._dropped).items()))
+        return all_blockers(self._problem, self._given_up | self._dropped)
 
     def notes(self) -> list[str]:
         """What the outcomes do not say."""

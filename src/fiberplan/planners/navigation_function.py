@@ -17,6 +17,7 @@ from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import ARRIVAL, Outcome, Plan
 from fiberplan.planners.navigation.fields import Descent
 from fiberplan.planners.navigation.repulsion import theorem1_bound
+from fiberplan.planners.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.two_links import refuse_bars
 from fiberplan.problem import Problem
 
@@ -127,9 +128,8 @@ class NavigationFunction:
 
 def _blockers(problem: Problem, descent: Descent, outcomes: tuple[Outcome, ...]) -> dict[int, tuple[int, ...]]:
     """Positioner that does not arrive -> who stands in its way."""
-    early = {i: dropped.blockers for i, dropped in problem.dropped.items() if dropped.blockers}
     stuck = descent.blockers([i for i, outcome in enumerate(outcomes) if outcome is Outcome.DEADLOCKED])
-    return dict(sorted((early | stuck).items()))
+    return all_blockers(problem, stuck)
 
 
 def _outcomes(problem: Problem, end: np.ndarray) -> tuple[Outcome, ...]:
@@ -138,12 +138,7 @@ def _outcomes(problem: Problem, end: np.ndarray) -> tuple[Outcome, ...]:
     away = np.hypot(*(plane.fibers(end) - plane.fibers(problem.goal)).T)
 
     def outcome(i: int) -> Outcome:
-        if not plane.online[i]:
-            return Outcome.OFFLINE
-        if i in problem.dropped:
-            return Outcome.DROPPED
-        if np.isnan(problem.requested[i, 0]):
-            return Outcome.NO_TARGET
-        return Outcome.ARRIVED if away[i] <= 0.5 * ARRIVAL else Outcome.DEADLOCKED
+        here = Outcome.ARRIVED if away[i] <= 0.5 * ARRIVAL else Outcome.DEADLOCKED
+        return settled_outcome(problem, i) or here
 
     return tuple(outcome(i) for i in range(problem.n))

@@ -20,6 +20,7 @@ from fiberplan.planners.direct.lattice import UNDER_LIMIT
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.parity import faster_goals
 from fiberplan.planners.straighten import straighten
 from fiberplan.planners.two_links import refuse_bars
@@ -143,15 +144,10 @@ def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray, barred: 
     """An outcome for every positioner, the first that fits."""
 
     def outcome(i: int) -> Outcome:
-        if not problem.plane.online[i]:
-            return Outcome.OFFLINE
-        if np.isnan(problem.requested[i, 0]) and i not in problem.dropped:
-            return Outcome.NO_TARGET
-        if i in problem.dropped:
-            return Outcome.DROPPED
-        if late[i] or i in barred:
+        settled = settled_outcome(problem, i)
+        if settled is None and (late[i] or i in barred):
             return Outcome.INFEASIBLE
-        return Outcome.DEADLOCKED if i in search.given_up else Outcome.ARRIVED
+        return settled or (Outcome.DEADLOCKED if i in search.given_up else Outcome.ARRIVED)
 
     return tuple(outcome(i) for i in range(problem.n))
 
@@ -159,9 +155,8 @@ def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray, barred: 
 def _blockers(problem: Problem, search: DirectSearch) -> dict[int, tuple[int, ...]]:
     """Positioner that does not arrive -> who stood in its way; -1 - k is obstacle k."""
     n = problem.n
-    early = {i: d.blockers for i, d in problem.dropped.items() if d.blockers}
     given_up = {i: tuple(j if j < n else n - 1 - j for j in arms) for i, arms in search.given_up.items()}
-    return dict(sorted((early | given_up).items()))
+    return all_blockers(problem, given_up)
 
 
 def _notes(

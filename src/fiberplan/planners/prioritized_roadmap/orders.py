@@ -9,6 +9,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.kernels.sweep import SLACK
 from fiberplan.neighbourhood import Neighbourhood
 from fiberplan.plan import Outcome, Plan
+from fiberplan.planners.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.prioritized_roadmap.prioritized import Pass, Task
 from fiberplan.planners.prioritized_roadmap.roadmap import SPEED, Path, cells, middle_edges, paths, travel_time
 from fiberplan.problem import Problem
@@ -161,7 +162,6 @@ class Search:
             np.concatenate([times for times, _ in knots]),
             np.concatenate([angles for _, angles in knots]),
         )
-        early = {i: d.blockers for i, d in problem.dropped.items() if d.blockers}
         parameters = asdict(settings)
         return Plan(
             problem=problem,
@@ -170,20 +170,13 @@ class Search:
             planner=settings.name,
             parameters=parameters,
             seed=settings.seed,
-            blockers=dict(sorted((early | self.lost).items())),
+            blockers=all_blockers(problem, self.lost),
             timings={"search": seconds},
             notes=(*problem.notes, *self._notes(done)),
         )
 
     def _outcome(self, i: int) -> Outcome:
-        problem = self.problem
-        if not problem.plane.online[i]:
-            return Outcome.OFFLINE
-        if np.isnan(problem.requested[i, 0]) and i not in problem.dropped:
-            return Outcome.NO_TARGET
-        if i in problem.dropped:
-            return Outcome.DROPPED
-        return Outcome.DEADLOCKED if i in self.lost else Outcome.ARRIVED
+        return settled_outcome(self.problem, i) or (Outcome.DEADLOCKED if i in self.lost else Outcome.ARRIVED)
 
     def _notes(self, done: Pass) -> list[str]:
         ids = self.problem.plane.ids
