@@ -18,6 +18,6 @@ def settled_outcome(problem: Problem, i: int) -> Outcome | None:
 
 
 def all_blockers(problem: Problem, found: Mapping[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
-    """Positioner that does not arrive -> who stood in its way: what planning `found`, and of goals dropped before it."""
+    """Positioner that does not arrive -> who was in its way: what planning `found`, and of goals dropped before it."""
     early = {i: dropped.blockers for i, dropped in problem.dropped.items() if dropped.blockers}
     return dict(sorted((early | dict(found)).items()))
