@@ -14,7 +14,7 @@ import numpy as np
 
 import fiberplan as fp
 from fiberplan.errors import ProblemError
-from fiberplan.fields import random_configuration, uniform_field
+from fiberplan.scenes.uniform import random_configuration, uniform_field
 
 MARGINS = (0.0, 1.0, 2.0)  # [mm]: buffers of 1.5, 2.0 and 2.5
 SEED = 1

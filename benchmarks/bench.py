@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import fiberplan as fp
-from fiberplan.fields import uniform_field
+from fiberplan.scenes.uniform import uniform_field
 from measure import calibrated, peak_memory, timed
 
 RINGS = {547: 13, 4_921: 40, 19_927: 81, 99_919: 182}

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import FiberplanError
-from fiberplan.files import write_whole
 from fiberplan.planners import PLANNERS
+from fiberplan.tables.atomic import write_whole
 from measure import calibrated
 from runs import Run, run, summary
 from scenes import SCENES, Scene

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.problem import Problem
-from fiberplan.trajectory import Trajectory
 
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
 

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import shapely
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.four_bar import FourBar
-from fiberplan.trajectory import Trajectory
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.motion import Trajectory
 
 
 def segment_distance(a, b, c, d):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import PlanError, ProblemError
-from fiberplan.fields import random_configuration, uniform_field
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import amend
+from fiberplan.scenes.uniform import random_configuration, uniform_field
 from references import make_plane, varied_plane
 
 STEP = np.radians(1.0)
@@ -360,7 +360,7 @@ def test_bodies_of_ones_own_and_categories_that_are_not_near():
 
 
 def test_a_part_is_what_it_is_in_the_whole():
-    from fiberplan.planners.patch import part_of, part_of_motion, sampled, with_part
+    from fiberplan.planners.amending.subarray import part_of, part_of_motion, sampled, with_part
 
     rng = np.random.default_rng(8)
     plane = varied_plane(rng, n=6)

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from fiberplan.configurations import read_configuration
 from fiberplan.errors import FiberplanError, InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments import names
-from fiberplan.problem import Problem
-from fiberplan.targets import Targets
+from fiberplan.io.states import read_configuration
+from fiberplan.problem import Problem, Targets
 
 HEAD = "positioner,x,y\n"
 GOOD = "R0C2,10,5\n"

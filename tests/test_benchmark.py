@@ -14,8 +14,8 @@ import planners as table
 import scenes
 import settings
 from fiberplan.errors import ProblemError
+from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.kernels.clearance import clearances
-from fiberplan.neighbourhood import Neighbourhood, clearances_around
 from fiberplan.plan import Plan
 from runs import reversals, run, summary
 from scenes import SCENES, sdss, small

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import shapely
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.clearance import clearance
 from references import STAR, make_plane
 

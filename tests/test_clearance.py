@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance, clearances
 from references import STAR, links, make_plane, placed, sampled_clearance, varied_plane

@@ -18,7 +18,7 @@ from astropy.table import QTable, Table
 import fiberplan as fp
 from fiberplan.cli.app import run
 from fiberplan.cli.planner_options import FLAGS
-from fiberplan.fields import uniform_field
+from fiberplan.scenes.uniform import uniform_field
 
 MARGIN = 0.8
 COMMAND = [sys.executable, "-c", "from fiberplan.cli import main; main()"]

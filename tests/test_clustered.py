@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from fiberplan.clustered import _thomas_process, clustered_targets
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.problem import Problem
+from fiberplan.scenes.clustered import _thomas_process, clustered_targets
 
 
 @pytest.mark.parametrize("seed", [0, 1])

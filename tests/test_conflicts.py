@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, milp
 
-from fiberplan.conflicts import least_cover
+from fiberplan.problem.least_cover import least_cover
 
 
 def brute_cover(edges, weight):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Obstacle
 from fiberplan.cli.app import run
-from fiberplan.diagnosis import diagnose, reversals
+from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.plan import Outcome, Plan
+from fiberplan.plan.diagnosis import diagnose, reversals
 from fiberplan.problem import Dropped
 from references import motion_of
 

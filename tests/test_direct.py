@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Obstacle
 from fiberplan.errors import ProblemError
-from fiberplan.fields import uniform_field
+from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.plan import Outcome
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.scenes.uniform import uniform_field
 
 DEG = np.pi / 180.0
 

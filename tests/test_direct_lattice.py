@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Obstacle
-from fiberplan.fields import uniform_field
+from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
-from fiberplan.kernels.sweep import SLACK
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.planners.direct.blocked_nodes import beta_motion, link_directions, shut_betas
 from fiberplan.planners.direct.contacts import contacts_of_all, steps_in_contact
-from fiberplan.planners.direct.lattice import MOST_BETAS, UNDER_LIMIT, lengthened, longest_step, make_lattice
+from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, longest_step, make_lattice
 from fiberplan.planners.direct.pairs import look_at_pair, move_together, steps_alone, steps_past_fixed
 from fiberplan.planners.direct.repair import make_scratch
-from fiberplan.planners.direct.shadows import beta_motion, link_directions, shut_betas
 from fiberplan.planners.direct.single import replan
 from fiberplan.planners.direct.trim import as_trajectory
+from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 DEG = np.pi / 180.0
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import ProblemError
-from fiberplan.fields import uniform_field
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
-from fiberplan.planners.elliptic.closing_up import Block, closed_up
-from fiberplan.planners.elliptic.drive import Drive, assigned_sizes, weighted_width
-from fiberplan.planners.elliptic.field import zone_push
-from fiberplan.planners.elliptic.relief import AWAY, GOING, RESTING, RETREATING
-from fiberplan.planners.elliptic.zones import circles, elliptic_zones
 from fiberplan.planners.elliptic_navigation import EllipticNavigationFunction
+from fiberplan.planners.elliptic_navigation.compaction import Block, closed_up
+from fiberplan.planners.elliptic_navigation.field import zone_push
+from fiberplan.planners.elliptic_navigation.relief import AWAY, GOING, RESTING, RETREATING
+from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
+from fiberplan.planners.elliptic_navigation.zones import circles, elliptic_zones
+from fiberplan.scenes.uniform import uniform_field
 
 PER_POSITIONER = ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
 ALONE = EllipticNavigationFunction(relief="none")
@@ -216,7 +216,7 @@ def test_states_of_relief(crowd):
     drive = Drive(plane, crowd.start, crowd.goal, 0.0, near, planner._field(crowd), sizes)
     drive.by_the_field(100.0)
     seen, before = set(), drive.there
-    from fiberplan.planners.elliptic import drive as module
+    from fiberplan.planners.elliptic_navigation import run as module
 
     class Watched(module.Relief):
         def look(self, scene, now, dt):

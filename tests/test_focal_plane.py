@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import Body
 from references import links, make_plane, varied_plane
 
 ARM = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 
 from fiberplan.certificates import verify
 from fiberplan.errors import InstrumentError
-from fiberplan.four_bar import FourBar
-from fiberplan.inverse_kinematics import solutions
+from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.kernels.arms import frame, motion, vertex
 from fiberplan.kernels.four_bar import largest_acceleration, leaves_range, rates, slider
-from fiberplan.trajectory import Trajectory
+from fiberplan.motion import Trajectory
 from references import four_bar_joints, four_bar_plane, motion_of, placed, smallest_over_time
 
 SEED = st.integers(0, 10_000)

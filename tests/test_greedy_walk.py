@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.fields import uniform_field
 from fiberplan.kernels.clearance import clearance
-from fiberplan.kernels.sweep import SLACK
-from fiberplan.planners.greedy_walk import SPEED_ALLOWANCE, Walker
-from fiberplan.planners.ranked_moves import EXHAUSTED, FOLDED, STALLED, STUCK
+from fiberplan.planners.greedy_fold.ranked_moves import EXHAUSTED, FOLDED, STALLED, STUCK
+from fiberplan.planners.greedy_fold.walker import Walker
+from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 DEG = np.pi / 180.0
 RANKING = [(-1, 1), (0, 1), (1, 1), (-1, 0), (1, 0), (-1, -1), (0, -1), (1, -1)]  # as printed, (alpha, beta)
@@ -91,7 +91,7 @@ def test_one_arm_folds_at_full_speed():
     assert walker.run(700 * DEG) == FOLDED
     assert walker.loops == 150
     np.testing.assert_array_equal(walker.angles, plane.folded)
-    assert walker.trajectory().duration == pytest.approx(5.0 / SPEED_ALLOWANCE)
+    assert walker.trajectory().duration == pytest.approx(5.0 / UNDER_LIMIT)
     assert fp.verify(plane, walker.trajectory()).ok
 
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.instruments import names
 
 TOML = """

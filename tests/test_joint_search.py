@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.fields import uniform_field
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.planners.clusters import clusters
-from fiberplan.planners.coupled import joint_path
-from fiberplan.planners.greedy_walk import Walker
-from fiberplan.planners.resting import place_the_rest
-from fiberplan.planners.straighten import straighten
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.planners.greedy_fold.walker import Walker
+from fiberplan.planners.shared.clusters import clusters
+from fiberplan.planners.shared.resting import place_the_rest
+from fiberplan.planners.shared.rrt_connect import joint_path
+from fiberplan.planners.shared.straighten import straighten
+from fiberplan.scenes.uniform import uniform_field
 
 DEG = np.pi / 180.0
 

@@ -8,11 +8,10 @@ from fiberplan.certificates import ZoneEntry, verify
 from fiberplan.cli.app import run
 from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.io.plan_file import plan_bytes, read_certificate
+from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
-from fiberplan.plan_file import plan_bytes, read_certificate
-from fiberplan.problem import Problem
-from fiberplan.targets import Targets
-from fiberplan.trajectory import Trajectory
+from fiberplan.problem import Problem, Targets
 from fiberplan.visuals import figures
 from fiberplan.visuals.page_data import page_data
 from references import four_bar_joints

@@ -6,8 +6,7 @@ import pytest
 from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.moons import INSET
-from fiberplan.problem import Problem
-from fiberplan.targets import Targets
+from fiberplan.problem import Problem, Targets
 
 COMMON = {
     "LENGTH1": 8, "LENGTH2": 17, "WIDTH1": 8, "WIDTH2": 4, "LOW1": -180, "HIGH1": 180, "LOW2": -180, "HIGH2": 150,

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fiberplan.bodies import Body
+from fiberplan.focal_plane.bodies import Body
 from fiberplan.kernels.arms import acceleration, motion
 from references import STAR, make_plane, placed, varied_plane
 

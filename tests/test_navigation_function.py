@@ -5,15 +5,15 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.errors import ProblemError
-from fiberplan.fields import uniform_field
-from fiberplan.inverse_kinematics import solutions
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.inverse_kinematics import solutions
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
 from fiberplan.planners import NavigationFunction
-from fiberplan.planners.navigation.fiber_ends import fiber_ends
-from fiberplan.planners.navigation.last_resort import append_joint_ways
-from fiberplan.planners.navigation.rehearsal import SPARE, rehearse, take_turns
-from fiberplan.planners.navigation.way import WAY
+from fiberplan.planners.navigation_function.fiber_ends import fiber_ends
+from fiberplan.planners.navigation_function.rehearsal import SPARE, rehearse, take_turns
+from fiberplan.planners.navigation_function.retract_profile import WAY
+from fiberplan.planners.shared.joint_paths import append_joint_ways
+from fiberplan.scenes.uniform import uniform_field
 
 DEG = np.pi / 180.0
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.compile import kernel
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.planners.navigation.recording import FIDELITY, new_record, recorded, sample, with_room
-from fiberplan.planners.navigation.repulsion import push, theorem1_bound
-from fiberplan.planners.navigation.safe_steps import grant, room_of, stepping, take
-from fiberplan.planners.navigation.singular import nudge_sides, nudged
-from fiberplan.planners.navigation.speed import limited, straight, within
-from fiberplan.planners.parity import faster_goals
+from fiberplan.planners.navigation_function.singular import nudge_sides, nudged
+from fiberplan.planners.shared.goal_configurations import faster_goals
+from fiberplan.planners.shared.recording import FIDELITY, new_record, recorded, sample, with_room
+from fiberplan.planners.shared.repulsion import push, theorem1_bound
+from fiberplan.planners.shared.safe_steps import grant, room_of, stepping, take
+from fiberplan.planners.shared.step_limits import limited, straight, within
 
 DT = 0.05
 

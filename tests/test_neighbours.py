@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fiberplan.focal_plane.neighbours import Neighbourhood, clearance_around, touching
 from fiberplan.kernels.clearance import clearance, clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_lists, neighbour_pairs, sort_into_cells
-from fiberplan.neighbourhood import Neighbourhood, clearance_around, touching
 from references import varied_plane
 
 WAYS = {

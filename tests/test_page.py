@@ -7,13 +7,13 @@ import re
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body, Obstacle
-from fiberplan.diagnosis import diagnose
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
+from fiberplan.plan.diagnosis import diagnose
 from fiberplan.problem import Dropped, Problem
-from fiberplan.trajectory import Trajectory
 from fiberplan.visuals import show
 from fiberplan.visuals.page import SCRIPTS, render
 from fiberplan.visuals.page_data import page_data, proven_clearance

@@ -10,7 +10,7 @@ import shutil
 import numpy as np
 import pytest
 
-from fiberplan.diagnosis import diagnose
+from fiberplan.plan.diagnosis import diagnose
 from fiberplan.visuals import show
 from test_page import CENTRE, HOSTILE, MIXED, OFFLINE, RIGHT, STUCK, small_plan, still_plan
 

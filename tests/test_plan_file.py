@@ -7,10 +7,10 @@ from astropy.io import fits
 from fiberplan.certificates import Certificate, Contact
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.io.plan_file import plan_bytes, read_certificate
+from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
-from fiberplan.plan_file import plan_bytes, read_certificate
 from fiberplan.problem import Problem
-from fiberplan.trajectory import Trajectory
 
 
 @pytest.fixture

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Obstacle
 from fiberplan.errors import ProblemError
-from fiberplan.fields import uniform_field
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
 from fiberplan.planners import PLANNERS
-from fiberplan.planners.giving_up import Losses
-from fiberplan.planners.joint_relief import Fold
+from fiberplan.planners.greedy_fold.joint_relief import Fold
+from fiberplan.planners.greedy_fold.losses import Losses
+from fiberplan.scenes.uniform import uniform_field
 
 DEG = np.pi / 180.0
 COARSE = {"step": 1.0 * DEG}

@@ -5,22 +5,22 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body
 from fiberplan.errors import ProblemError
-from fiberplan.fields import uniform_field
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.sweep import SLACK
-from fiberplan.motion_list import moves, start_stops
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.bodies import Body
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.motion.moves import moves, start_stops
 from fiberplan.plan import Outcome
 from fiberplan.planners import PLANNERS, PrioritizedRoadmap
 from fiberplan.planners.prioritized_roadmap.edge_search import search
 from fiberplan.planners.prioritized_roadmap.motions import Motion
-from fiberplan.planners.prioritized_roadmap.orders import Search
 from fiberplan.planners.prioritized_roadmap.roadmap import Path, cells, middle_edges, paths
+from fiberplan.planners.prioritized_roadmap.run import Search
 from fiberplan.planners.prioritized_roadmap.step_checks import Timetable
 from fiberplan.problem import Problem
-from fiberplan.target_plans import assignment_plan
+from fiberplan.scenes.assigned import assignment_plan
+from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import SLACK
 from references import make_plane
 
 DT = 1.0
@@ -126,7 +126,7 @@ def test_pair_checks_are_counted_as_in_the_paper(miradas):
     """An unobstructed arm costs 60 n + 2 for every arm before it, n its steps."""
     goal = assignment_plan(miradas, 3, margin=1.0).configuration(miradas)
     problem = Problem(miradas, miradas.folded, goal, 1.0)
-    found = Search(PrioritizedRoadmap(orders=1), problem)
+    found = PrioritizedRoadmap(orders=1).search(problem)
     done = found.run()
     clear = 0
     for before, (i, motion) in enumerate(done.motions.items()):
@@ -229,7 +229,7 @@ def blocked_for_good():
 def only_grid_point(monkeypatch):
     """Detours of one arm lead over one place, so that the other cannot go round the far side."""
     monkeypatch.setattr(
-        "fiberplan.planners.prioritized_roadmap.orders.cells",
+        "fiberplan.planners.prioritized_roadmap.run.cells",
         lambda plane, i, grid: np.array([[1.5, 0.0]]) if i == 0 else np.zeros((0, 2)),
     )
 
@@ -263,7 +263,7 @@ def test_early_abort_costs_less_and_finds_the_same(monkeypatch):
     counts = []
     for early in (False, True):
         settings = PrioritizedRoadmap(dt=0.5, collision_dt=0.05, max_time=60.0, orders=1, early_abort=early)
-        found = Search(settings, blocked_for_good())
+        found = settings.search(blocked_for_good())
         found.run()
         assert list(found.lost) == [1]
         counts.append(found.checks)

@@ -7,15 +7,15 @@ import pytest
 
 from fiberplan.certificates import verify
 from fiberplan.cli.app import run as command
-from fiberplan.fields import uniform_field
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.motion import Trajectory
 from fiberplan.reproductions.rows import Row, mean, share, value
 from fiberplan.reproductions.sayres2021 import published, tables
 from fiberplan.reproductions.sayres2021.relief import relieve, replace_until_folded
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, LITERAL, RULES, SAMPLED
 from fiberplan.reproductions.sayres2021.trials import Trial, forward, sweep, turned
-from fiberplan.trajectory import Trajectory
+from fiberplan.scenes.uniform import uniform_field
 
 STEP = np.radians(1.0)
 CROWDED = 3.0  #: buffer at which small arrays deadlock too [mm]

@@ -5,8 +5,7 @@ import pytest
 
 from fiberplan.errors import InstrumentError, ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.problem import Problem
-from fiberplan.targets import Targets
+from fiberplan.problem import Problem, Targets
 
 
 @pytest.fixture

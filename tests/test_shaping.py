@@ -5,9 +5,9 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.errors import TrajectoryError
-from fiberplan.fields import uniform_field
-from fiberplan.inverse_kinematics import solutions
+from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.planners import GreedyFold, NavigationFunction
+from fiberplan.scenes.uniform import uniform_field
 from fiberplan.shaping import quantize
 from fiberplan.shaping.levels import top_level, units
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body, Obstacle
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.sweep import swept_clear
 from references import make_plane, sampled_clearance, varied_plane
 

@@ -3,13 +3,13 @@ import pytest
 from astropy.table import QTable
 
 import fiberplan as fp
-from fiberplan.bodies import Body
 from fiberplan.cli.app import run
-from fiberplan.configuration_choice import clear_choice, clear_goals
 from fiberplan.errors import InstrumentError, ProblemError, TargetError
-from fiberplan.motion_list import moves, start_stops
-from fiberplan.target_plans import assignment_plan
-from fiberplan.targets import Targets
+from fiberplan.focal_plane.bodies import Body
+from fiberplan.motion.moves import moves, start_stops
+from fiberplan.problem import Targets
+from fiberplan.problem.configuration_choice import clear_choice, clear_goals
+from fiberplan.scenes.assigned import assignment_plan
 from references import make_plane, motion_of
 
 

@@ -6,12 +6,11 @@ from astropy.table import QTable, Table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fiberplan.configurations import read_configuration
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.inverse_kinematics import TOLERANCE, solutions
-from fiberplan.problem import Problem
-from fiberplan.targets import Targets
+from fiberplan.focal_plane.inverse_kinematics import TOLERANCE, solutions
+from fiberplan.io.states import read_configuration
+from fiberplan.problem import Problem, Targets
 
 angle = st.floats(-np.pi, np.pi)
 

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiberplan.errors import TrajectoryError
-from fiberplan.trajectory import Trajectory
+from fiberplan.motion import Trajectory
 from references import motion_of, sampled
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.bodies import Obstacle
 from fiberplan.certificates import proven_unreachable
-from fiberplan.fields import random_configuration, uniform_field
-from fiberplan.neighbourhood import Neighbourhood, clearances_around
+from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
+from fiberplan.scenes.uniform import random_configuration, uniform_field
 
 DEG = np.pi / 180.0
 

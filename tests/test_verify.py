@@ -5,16 +5,16 @@ import itertools
 import numpy as np
 import pytest
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.certificates import verify
 from fiberplan.certificates.bisection import closest, interval_bound
 from fiberplan.certificates.path import KNOT, Motion, measure
-from fiberplan.certificates.verify import CAP, TOLERANCE
+from fiberplan.certificates.safety import CAP, TOLERANCE
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.even_motion import constant_speed_bound
-from fiberplan.trajectory import Trajectory
+from fiberplan.motion import Trajectory
 from references import (
     STAR,
     clearance_over_time,

@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import Path
 
 import fiberplan as fp
-from fiberplan.target_plans import assignment_plan
+from fiberplan.scenes.assigned import assignment_plan
 from scenes.scene import Scene
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import fiberplan as fp
-from fiberplan.fields import uniform_field
+from fiberplan.scenes.uniform import uniform_field
 from scenes.scene import Scene, margin_of
 
 PITCH = 22.4

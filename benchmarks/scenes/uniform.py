@@ -7,7 +7,7 @@ from functools import cache, partial
 from pathlib import Path
 
 import fiberplan as fp
-from fiberplan.fields import uniform_field
+from fiberplan.scenes.uniform import uniform_field
 from scenes.scene import Scene, margin_of
 
 BUFFERS = {1.5: 20, 2.0: 20, 2.5: 50, 3.0: 50}  #: [mm] -> fields

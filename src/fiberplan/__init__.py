@@ -8,33 +8,30 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fiberplan import planners, shaping
-    from fiberplan.bodies import Body, Obstacle
     from fiberplan.certificates import Certificate, Contact, verify
-    from fiberplan.diagnosis import diagnose
     from fiberplan.errors import FiberplanError
-    from fiberplan.focal_plane import FocalPlane
-    from fiberplan.plan import Outcome, Plan
-    from fiberplan.problem import Dropped, Problem
-    from fiberplan.targets import Targets
-    from fiberplan.trajectory import Trajectory
+    from fiberplan.focal_plane import Body, FocalPlane, Obstacle
+    from fiberplan.motion import Trajectory
+    from fiberplan.plan import Outcome, Plan, diagnose
+    from fiberplan.problem import Dropped, Problem, Targets
     from fiberplan.visuals import show
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "Body": "bodies",
+    "Body": "focal_plane",
     "Certificate": "certificates",
     "Contact": "certificates",
     "Dropped": "problem",
     "FiberplanError": "errors",
     "FocalPlane": "focal_plane",
-    "Obstacle": "bodies",
+    "Obstacle": "focal_plane",
     "Outcome": "plan",
     "Plan": "plan",
     "Problem": "problem",
-    "Targets": "targets",
-    "Trajectory": "trajectory",
-    "diagnose": "diagnosis",
+    "Targets": "problem",
+    "Trajectory": "motion",
+    "diagnose": "plan",
     "show": "visuals",
     "verify": "certificates",
 }

@@ -10,7 +10,8 @@ from fiberplan.certificates.path import knot_near_middle, state, top_speed
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import frames_clearance
 from fiberplan.kernels.compile import kernel, leaf
-from fiberplan.kernels.even_motion import ROUNDING, constant_speed_bound
+from fiberplan.kernels.even_motion import constant_speed_bound
+from fiberplan.tolerances import ROUNDING
 
 FLOOR = 1e-7  # [s] shorter intervals are not split
 _DEPTH = 256  # of the stack of intervals still to look at

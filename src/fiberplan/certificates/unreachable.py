@@ -15,7 +15,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import motion
 from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
-from fiberplan.kernels.even_motion import ROUNDING
+from fiberplan.tolerances import ROUNDING
 
 _BOXES = np.radians([2.0, 0.5])  # widths that are tried in turn
 

@@ -24,10 +24,10 @@ def demo(
     made_folder(folder)
     refuse_unwritable(output, page)
     with working("planning from field to field of the sdss array"):
-        from fiberplan.clustered import clustered_targets
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.planners import Direct, GreedyFold
         from fiberplan.problem import Problem
+        from fiberplan.scenes.clustered import clustered_targets
         from fiberplan.visuals import show
 
         plane = FocalPlane.load("sdss")

@@ -12,8 +12,8 @@ from fiberplan.cli.options import PlanArgument
 from fiberplan.cli.output import say, working
 
 if TYPE_CHECKING:
-    from fiberplan.diagnosis import Diagnosis, Loss, Reversals
     from fiberplan.plan import Plan
+    from fiberplan.plan.diagnosis import Diagnosis, Loss, Reversals
 
 
 def diagnose(
@@ -25,8 +25,8 @@ def diagnose(
     Exit 0 if every target is reached and the motion is proven safe, 1 if not.
     """
     with working("diagnosing"):
-        from fiberplan.diagnosis import diagnose as find_causes
         from fiberplan.plan import Plan
+        from fiberplan.plan.diagnosis import diagnose as find_causes
 
         read = Plan.read(plan)
         diagnosis, faults = find_causes(read), read.faults()

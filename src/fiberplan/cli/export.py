@@ -19,7 +19,7 @@ def export(
     """Write a plan's motion in another format, times in s and angles in degrees."""
     refuse_unwritable(output, inputs=(plan,))
     with working("exporting"):
-        from fiberplan.exports import FORMATS
+        from fiberplan.io.exports import FORMATS
         from fiberplan.plan import Plan
 
         FORMATS[to](Plan.read(plan), output)

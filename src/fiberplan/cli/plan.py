@@ -43,10 +43,9 @@ def plan(
     refuse_unwritable(output, page, inputs=(Path(instrument), targets, start))
     with working("planning") as tell:
         from fiberplan.cli.planner import chosen_planner, planned_by
-        from fiberplan.configurations import read_configuration
         from fiberplan.focal_plane import FocalPlane
-        from fiberplan.problem import Problem
-        from fiberplan.targets import Targets
+        from fiberplan.io.states import read_configuration
+        from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, settings)
         plane = FocalPlane.load(instrument)

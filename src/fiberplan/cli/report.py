@@ -16,7 +16,7 @@ def name_of(plane: "FocalPlane", index: int) -> str:
 
 def lost_targets(plan: "Plan") -> Iterator[str]:
     """One line for each target that is lost: the positioner, the cause, and who is in the way."""
-    from fiberplan.diagnosis import losses
+    from fiberplan.plan.diagnosis import losses
 
     for loss in losses(plan):
         if loss.positioner in plan.lost:

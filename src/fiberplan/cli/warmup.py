@@ -11,10 +11,10 @@ def warmup() -> None:
     """Compile every kernel, by planning and proving a field of seven positioners; later runs find them on disk."""
     begin = time.perf_counter()
     with working("compiling"):
-        from fiberplan.clustered import clustered_targets
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.planners import Direct, GreedyFold
         from fiberplan.problem import Problem
+        from fiberplan.scenes.clustered import clustered_targets
 
         plane = FocalPlane.hexagonal(1, 22.4)
         targets = clustered_targets(plane, 0, MARGIN)

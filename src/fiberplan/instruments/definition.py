@@ -13,11 +13,12 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 
-from fiberplan.bodies import ARM, Body, Obstacle
 from fiberplan.errors import InstrumentError
-from fiberplan.focal_plane import FocalPlane, hexagonal_grid
-from fiberplan.four_bar import FourBar
-from fiberplan.table_reader import nearest, one_line, read_text
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import ARM, Body, Obstacle
+from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.tables.table_reader import nearest, one_line, read_text
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments.paf import ParameterFile, read_paf
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.tables.paf import ParameterFile, read_paf
 
 SPEED = (np.radians(16.68), np.radians(22.5))
 """Fastest turns of alpha and beta [rad/s]: 2.78 and 3.75 rpm, the prototype's (its slowest are 0.73 and 0.98 rpm)."""

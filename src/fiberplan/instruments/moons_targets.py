@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
-from fiberplan.table_reader import InputTable, read_text
+from fiberplan.tables.table_reader import InputTable, read_text
 
 COLUMNS = ("base r", "base theta", "target r", "target theta", "right", "left", "priority")
 NOWHERE = 1e5  #: a target this far out is none [mm]; the files say 1e6
@@ -33,7 +33,7 @@ def _is_number(word: str) -> bool:
 
 
 def read_moons_targets(path: Path) -> dict[str, Any]:
-    """The fields of `fiberplan.targets.Targets`.
+    """The fields of `fiberplan.problem.Targets`.
 
     Raises:
         TargetError: a row with too few or too many values, or a value that cannot be used; its line is named.

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fiberplan.bodies import Body, Obstacle
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.table_reader import InputTable, nearest, read_table
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.tables.table_reader import InputTable, nearest, read_table
 
 HOLE_MAP = "wokCoords.csv"
 _CONSTANTS = Path(__file__).parent / "calibration_constants.toml"

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.tolerances import ZONE
 
 # Records, not one array a field: a kernel call counts references to every array it is handed.
 ARM = np.dtype(
@@ -55,8 +56,6 @@ PIECE = np.dtype(
     ],
     align=True,
 )
-
-ZONE_TOLERANCE = 1e-6  # [mm] by which a slider may pass its limits and still be in range
 
 
 class Arms(NamedTuple):
@@ -127,7 +126,7 @@ def motion(arms, i, d_alpha, d_beta):
     arm = arms.arm[i]
     if arm.bar >= 0:
         bar = arms.bar[arm.bar]
-        lean = (arm.length * turn + bar.length * abs(d_beta)) / (bar.shortest - ZONE_TOLERANCE)
+        lean = (arm.length * turn + bar.length * abs(d_beta)) / (bar.shortest - ZONE)
         rigid = max(arm.reach_alpha * turn, bar.reach * abs(d_beta))
         return max(arm.length * turn + arm.reach_beta * lean, rigid)
     return max(arm.length * turn + arm.reach_beta * abs(d_alpha + d_beta), arm.reach_alpha * turn)

@@ -11,8 +11,7 @@ from fiberplan.kernels.arms import vertex
 from fiberplan.kernels.clearance import meet, piece_to_piece
 from fiberplan.kernels.compile import inlined
 from fiberplan.kernels.four_bar import largest_acceleration, rates
-
-ROUNDING = 1e-9  # [mm] taken off every bound for floating-point rounding
+from fiberplan.tolerances import ROUNDING
 
 
 @inlined

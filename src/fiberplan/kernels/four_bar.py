@@ -16,8 +16,9 @@ the last term being the largest of b sqrt(4 a^2 + b^2) over a^2 + b^2 = V^2, whe
 
 import numpy as np
 
-from fiberplan.kernels.arms import ZONE_TOLERANCE, acceleration, frame
+from fiberplan.kernels.arms import acceleration, frame
 from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.tolerances import ZONE
 
 SINGULAR = 1.0  # [mm] of slider, below which the probe's direction is too ill-conditioned to bound anything
 _BENT = 2.0 / np.sqrt(3.0)
@@ -100,7 +101,7 @@ def leaves_range(arms, i, alpha, beta, d_alpha, d_beta):
 
     Returns:
         (part of the step, 0 to 1, from which the slider could not be shown to stay in range, its length there [mm]);
-        the part is NaN where it stays, within `ZONE_TOLERANCE`. With C = d12^2 + d13^2 + d24^2 and t the joint angles,
+        the part is NaN where it stays, within `ZONE`. With C = d12^2 + d13^2 + d24^2 and t the joint angles,
 
             s^2 = C - 2 d12 d24 cos t2 - 2 d12 d13 cos t1 + 2 d13 d24 cos(t1 + t2),
 
@@ -113,7 +114,7 @@ def leaves_range(arms, i, alpha, beta, d_alpha, d_beta):
     both = d_alpha + d_beta
     bend = bar.spacing * (bar.length * d_beta * d_beta + arm.length * d_alpha * d_alpha)
     bend = 2.0 * (bend + arm.length * bar.length * both * both)
-    low, high = max(bar.shortest - ZONE_TOLERANCE, 0.0), bar.longest + ZONE_TOLERANCE
+    low, high = max(bar.shortest - ZONE, 0.0), bar.longest + ZONE
     low, high = low * low, high * high
     done, length = 0.0, 1.0
     while done < 1.0:

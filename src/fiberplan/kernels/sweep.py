@@ -9,7 +9,6 @@ from fiberplan.kernels.clearance import frames_clearance
 from fiberplan.kernels.compile import leaf
 from fiberplan.kernels.even_motion import constant_speed_bound
 
-SLACK = 5e-4  # [mm] planners keep this more than the margin, so that the proof has room; a start has twice that
 _SHORTEST = 1.0 / 128.0  # a piece of the step as short as this that is not shown clear counts as contact
 
 

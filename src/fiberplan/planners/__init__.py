@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from fiberplan.planners.amend import amend
+from fiberplan.planners.amending.one_goal import amend
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.elliptic_navigation import EllipticNavigationFunction
 from fiberplan.planners.greedy_fold import GreedyFold

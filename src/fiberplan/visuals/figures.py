@@ -18,10 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
-from fiberplan.bodies import Body, convex_pieces
-from fiberplan.files import write_whole
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import Body, convex_pieces
 from fiberplan.plan import Outcome, Plan
+from fiberplan.tables.atomic import write_whole
 from fiberplan.visuals import style
 
 _ARC = 24  # corners that stand for a full circle

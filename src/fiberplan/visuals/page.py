@@ -12,8 +12,8 @@ import json
 import os
 from importlib.resources import files
 
-from fiberplan.files import write_whole
 from fiberplan.plan import Plan
+from fiberplan.tables.atomic import write_whole
 from fiberplan.visuals import style
 from fiberplan.visuals.page_data import page_data
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from fiberplan.bodies import LINKS
 from fiberplan.certificates import Certificate, Contact
-from fiberplan.diagnosis import Diagnosis, Reversals, Slow, diagnose
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import LINKS
 from fiberplan.plan import Plan
+from fiberplan.plan.diagnosis import Diagnosis, Reversals, Slow, diagnose
 from fiberplan.visuals import style
 
 

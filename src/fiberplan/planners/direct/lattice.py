@@ -12,9 +12,9 @@ import numpy as np
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.compile import inlined, kernel
+from fiberplan.tolerances import UNDER_LIMIT
 
 MOST_BETAS = 64  #: nodes of the second joint: a set of them is one machine word
-UNDER_LIMIT = 1.0 - 1e-9  #: of the top speed, so that rounding never exceeds it
 _SAME = 1e-12  # [rad] a node this close to the start is the start
 
 

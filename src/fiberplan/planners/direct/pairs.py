@@ -10,8 +10,7 @@ import numpy as np
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.kernels.randoms import uniform
-from fiberplan.planners.direct.lattice import between, put, window
-from fiberplan.planners.direct.shadows import (
+from fiberplan.planners.direct.blocked_nodes import (
     beta_motion,
     bit,
     cast_shadow,
@@ -20,6 +19,7 @@ from fiberplan.planners.direct.shadows import (
     node_frame,
     shut_betas,
 )
+from fiberplan.planners.direct.lattice import between, put, window
 
 _NONE = np.uint64(0)
 _ONE = np.uint64(1)

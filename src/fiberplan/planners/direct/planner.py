@@ -14,17 +14,17 @@ import numpy as np
 
 from fiberplan.certificates import proven_unreachable
 from fiberplan.errors import ProblemError
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
-from fiberplan.planners.direct.lattice import UNDER_LIMIT
+from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
-from fiberplan.planners.outcomes import all_blockers, settled_outcome
-from fiberplan.planners.parity import faster_goals
-from fiberplan.planners.straighten import straighten
-from fiberplan.planners.two_links import refuse_bars
+from fiberplan.planners.shared.goal_configurations import faster_goals
+from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
+from fiberplan.tolerances import UNDER_LIMIT
 
 _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk

@@ -10,11 +10,9 @@ from collections.abc import Callable
 import numpy as np
 
 from fiberplan.arrays import read_only
-from fiberplan.conflicts import least_cover
-from fiberplan.kernels.sweep import SLACK
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct.contacts import contacts_of_all
-from fiberplan.planners.direct.lattice import UNDER_LIMIT, lengthened, longest_step, make_lattice
+from fiberplan.planners.direct.lattice import lengthened, longest_step, make_lattice
 from fiberplan.planners.direct.repair import (
     HELD,
     SOLVED,
@@ -29,6 +27,8 @@ from fiberplan.planners.direct.repair import (
 )
 from fiberplan.planners.direct.untangle import cluster_around, untangled
 from fiberplan.problem import Problem
+from fiberplan.problem.least_cover import least_cover
+from fiberplan.tolerances import NEAR, SLACK, UNDER_LIMIT
 
 _CHUNK = 100  # replans between looks at the clock
 _PATIENCE = 400  # replans without a growing number of steps, and
@@ -54,7 +54,7 @@ class DirectSearch:
     ):
         plane = problem.plane
         self.problem, self.plane, self.near, self._arms = problem, plane, near, plane.arms
-        self.pairs = plane.arm_pairs_within(problem.margin + 3e-3)
+        self.pairs = plane.arm_pairs_within(problem.margin + NEAR)
         self.goal = goal.copy()
         self.limit = problem.margin + SLACK
         self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms in its way

@@ -7,8 +7,8 @@ little for every joint that turned, and a little for standing extended, so that 
 import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.planners.direct.blocked_nodes import beta_motion, cast_shadow, holds, link_directions
 from fiberplan.planners.direct.lattice import put, window
-from fiberplan.planners.direct.shadows import beta_motion, cast_shadow, holds, link_directions
 
 _NOWHERE = np.float32(np.inf)
 

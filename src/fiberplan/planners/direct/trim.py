@@ -3,7 +3,7 @@
 import numpy as np
 
 from fiberplan.kernels.compile import kernel
-from fiberplan.trajectory import Trajectory
+from fiberplan.motion import Trajectory
 
 _EVEN = 1e-9  # of a step: speeds this alike are the same
 

@@ -1,18 +1,20 @@
 """Three or more that are in each other's way: a joint way found at random, in whole steps.
 
-What pairs cannot undo is searched by RRT-Connect in the joint space of all of them (`fiberplan.planners.coupled`), as
-if only they and what never moves were there; everyone else has to find a way around it.
+What pairs cannot undo is searched by RRT-Connect in the joint space of all of them
+(`fiberplan.planners.shared.rrt_connect`), as if only they and what never moves were there; everyone else has to find
+a way around it.
 """
 
 import numpy as np
 
 from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.neighbours import NEAR, neighbour_lists
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.planners.coupled import joint_path
-from fiberplan.planners.direct.lattice import UNDER_LIMIT, Lattice
+from fiberplan.planners.direct.lattice import Lattice
 from fiberplan.planners.direct.repair import Search
+from fiberplan.planners.shared.rrt_connect import joint_path
+from fiberplan.tolerances import UNDER_LIMIT
 
 _DRAWS = 3  # searches, of which the shortest way is taken
 _NODES = 4000  # of either tree: these ways out are narrow

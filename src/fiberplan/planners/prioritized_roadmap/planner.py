@@ -1,13 +1,15 @@
 """PrioritizedRoadmap: arms plan one after the other, each over its own roadmap (Sabater2018)."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from time import process_time
 
 import numpy as np
 
 from fiberplan.errors import ProblemError
 from fiberplan.plan import Plan
-from fiberplan.planners.prioritized_roadmap.orders import Search
+from fiberplan.plan.outcomes import all_blockers
+from fiberplan.planners.prioritized_roadmap.prioritized import Pass
+from fiberplan.planners.prioritized_roadmap.run import Search, Settings
 from fiberplan.problem import Problem
 
 
@@ -64,6 +66,25 @@ class PrioritizedRoadmap:
     def plan(self, problem: Problem) -> Plan:
         """A motion in which whoever could be planned arrives, with start-stops within the limit."""
         begun = process_time()
-        search = Search(self, problem)
+        search = self.search(problem)
         done = search.run()
-        return search.result(done, process_time() - begun)
+        return self.plan_of(search, done, process_time() - begun)
+
+    def search(self, problem: Problem) -> Search:
+        """A search for such a motion that has not begun."""
+        return Search(Settings(**asdict(self)), problem)
+
+    def plan_of(self, search: Search, done: Pass, seconds: float) -> Plan:
+        """The plan that a pass without failures makes, found in so many seconds of CPU."""
+        problem = search.problem
+        return Plan(
+            problem=problem,
+            trajectory=search.motion(done),
+            outcomes=tuple(search.outcome(i) for i in range(problem.n)),
+            planner=self.name,
+            parameters=asdict(self),
+            seed=self.seed,
+            blockers=all_blockers(problem, search.lost),
+            timings={"search": seconds},
+            notes=(*problem.notes, *search.notes(done)),
+        )

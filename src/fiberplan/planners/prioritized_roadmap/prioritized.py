@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.neighbourhood import Neighbourhood
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.prioritized_roadmap.edge_search import search
 from fiberplan.planners.prioritized_roadmap.garages import garages
 from fiberplan.planners.prioritized_roadmap.motions import Motion

@@ -10,8 +10,7 @@ import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.four_bar import leaves_range
-
-SPEED = 1.0 - 1e-9  #: of the largest speed that is used, so that rounding cannot exceed it
+from fiberplan.tolerances import UNDER_LIMIT
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +25,7 @@ class Path:
 
 def travel_time(plane: FocalPlane, i: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Time (...) [s] of straight edges of arm `i` between configurations (..., 2) [rad]."""
-    return (np.abs(end - start) / (plane.max_speed[i] * SPEED)).max(axis=-1)
+    return (np.abs(end - start) / (plane.max_speed[i] * UNDER_LIMIT)).max(axis=-1)
 
 
 def cells(plane: FocalPlane, i: int, grid: tuple[int, int]) -> np.ndarray:

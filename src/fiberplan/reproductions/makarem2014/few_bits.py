@@ -1,4 +1,4 @@
-"""The paper's outlook: joint speeds in a few bits (`fiberplan.shaping.quantize`), on fields of the repaired rule."""
+"""The paper's outlook: joint speeds in a few bits (`fiberplan.shaping`), on fields of the repaired rule."""
 
 from dataclasses import dataclass
 

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiberplan.clustered import clustered_targets
-from fiberplan.fields import uniform_field
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.inverse_kinematics import solutions
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.planners.resting import place_the_rest
-from fiberplan.problem import EQUALITY, Problem
+from fiberplan.focal_plane.inverse_kinematics import solutions
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.planners.shared.resting import place_the_rest
+from fiberplan.problem import Problem
+from fiberplan.scenes.clustered import clustered_targets
+from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import EQUALITY
 
 TRIANGLE = ((0.0, 0.0), (10.0, 0.0), (5.0, 8.660254037844386))  #: bases of Fig. 7 [mm]
 AROUND = 3.5  #: [mm] how far from that point

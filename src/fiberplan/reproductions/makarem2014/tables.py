@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fiberplan.planners.navigation.repulsion import theorem1_bound
+from fiberplan.planners.shared.repulsion import theorem1_bound
 from fiberplan.reproductions.makarem2014 import published
 from fiberplan.reproductions.makarem2014.conflict import Conflict
 from fiberplan.reproductions.makarem2014.few_bits import FewBits

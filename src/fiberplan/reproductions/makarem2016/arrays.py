@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fiberplan.clustered import clustered_targets
-from fiberplan.fields import uniform_field
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.problem import Problem
 from fiberplan.reproductions.makarem2016.runs import MODES, Run, planned
 from fiberplan.reproductions.rows import Row, mean, value
+from fiberplan.scenes.clustered import clustered_targets
+from fiberplan.scenes.uniform import uniform_field
 
 BUFFERS = (1.5, 2.0)  #: of Sayres2021 [mm]
 Runs = dict[tuple[str, str], list[Run]]  #: (field or direction, mode)

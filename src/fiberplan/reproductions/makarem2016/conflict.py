@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.fields import uniform_field
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import EllipticNavigationFunction
 from fiberplan.problem import Problem
 from fiberplan.reproductions.makarem2016.runs import planned
 from fiberplan.reproductions.rows import Row, share, value
+from fiberplan.scenes.uniform import uniform_field
 
 SEED = 535  #: of the targets of the five
 AT_TARGET = 0.2  #: a fiber this near to its target has come to it [mm]

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.problem import Problem
+from fiberplan.problem import Problem, Targets
 from fiberplan.reproductions.makarem2016.runs import MODES, Run, planned
 from fiberplan.reproductions.rows import Row, value
-from fiberplan.targets import Targets
 
 SIZES = (10, 30, 60, 120, 250, 500, 1006)
 FIELDS = (1, 2, 3)

@@ -7,7 +7,6 @@ import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Plan
-from fiberplan.planners.prioritized_roadmap.orders import Search
 from fiberplan.planners.prioritized_roadmap.planner import PrioritizedRoadmap
 from fiberplan.problem import Problem
 from fiberplan.reproductions.sabater2018.trials import MARGIN
@@ -65,7 +64,7 @@ def _off(case: Case) -> int:
 
 def _solve(problem: Problem, planner: PrioritizedRoadmap) -> Case:
     begun = process_time()
-    search = Search(planner, problem)
+    search = planner.search(problem)
     done = search.run()
     computing = process_time() - begun
     looks = int(np.ceil(planner.dt / planner.collision_dt - 1e-9))
@@ -84,5 +83,5 @@ def _solve(problem: Problem, planner: PrioritizedRoadmap) -> Case:
                 edges=1 + motion.path.through,
             )
         )
-    plan = search.result(done, computing)
+    plan = planner.plan_of(search, done, computing)
     return Case(plan, computing, search.checks, search.rest_checks, tuple(rows))

@@ -6,11 +6,11 @@ from time import process_time
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.motion_list import start_stops
+from fiberplan.motion.moves import start_stops
 from fiberplan.plan import Plan
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.problem import Problem
-from fiberplan.target_plans import assignment_plan
+from fiberplan.scenes.assigned import assignment_plan
 
 MARGIN = 1.0  #: for timing and tolerance, between arms [mm]
 PAPER = PrioritizedRoadmap(orders=1)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fiberplan.bodies import Body
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.four_bar import FourBar
+from fiberplan.focal_plane.bodies import Body
+from fiberplan.focal_plane.four_bar import FourBar
 
 CHANGES = (-0.1, 0.1)  #: of each length
 LENGTHS = {"spacing": "d12", "length": "d13", "rocker": "d24", "tip": "d3tip"}  #: ours -> the paper's name

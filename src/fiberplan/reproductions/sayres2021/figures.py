@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.motion import Trajectory
 from fiberplan.reproductions.sayres2021 import published
 from fiberplan.reproductions.sayres2021.relief import Reliefs
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, LITERAL, RULES, SAMPLED, Rule
 from fiberplan.reproductions.sayres2021.tables import REGIMES, degrees, most_winding, pool, target_to_target
 from fiberplan.reproductions.sayres2021.trials import Sweep
-from fiberplan.trajectory import Trajectory
 from fiberplan.visuals import style
 from fiberplan.visuals.figures import blank, rounded, save
 

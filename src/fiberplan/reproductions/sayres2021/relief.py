@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiberplan.fields import random_configuration, uniform_field
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.neighbourhood import Neighbourhood, clearances_around
+from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.reproductions.sayres2021 import published
 from fiberplan.reproductions.sayres2021.rules import RULES, Rule
 from fiberplan.reproductions.sayres2021.trials import Trial
+from fiberplan.scenes.uniform import random_configuration, uniform_field
 
 _DRAWS = 1000  # random targets tried before another robot is picked
 _ROOM = 2e-3  # [mm] beyond the margin, as fields are drawn

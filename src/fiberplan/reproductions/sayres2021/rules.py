@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.planners.greedy_walk import Walker
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.planners.greedy_fold.walker import Walker
 
 MAX_TRAVEL = np.radians(700.0)  #: turn after which a trial is given up [rad]
 

@@ -6,12 +6,12 @@ from itertools import pairwise
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.motion import Trajectory
 from fiberplan.reproductions.rows import Row, mean, share, value
 from fiberplan.reproductions.sayres2021 import published
 from fiberplan.reproductions.sayres2021.relief import Reliefs, Relieved
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, RULES, Rule
 from fiberplan.reproductions.sayres2021.trials import Sweep, apart, turned
-from fiberplan.trajectory import Trajectory
 
 REGIMES = {"below": f"below {published.COLLAPSE:g} mm", "above": f"above {published.COLLAPSE:g} mm"}
 

@@ -6,13 +6,13 @@ from time import process_time
 import numpy as np
 
 from fiberplan.certificates import verify
-from fiberplan.fields import uniform_field
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.neighbourhood import Neighbourhood
-from fiberplan.planners.greedy_walk import Walker
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.motion import Trajectory
+from fiberplan.planners.greedy_fold.walker import Walker
 from fiberplan.reproductions.sayres2021.published import margin
 from fiberplan.reproductions.sayres2021.rules import RULES, Rule
-from fiberplan.trajectory import Trajectory
+from fiberplan.scenes.uniform import uniform_field
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,204 @@
+"""Proof that a motion is safe: continuous in time, for every pair that could ever meet, by bisection.
+
+`verify` sees a focal plane and a trajectory from anywhere. It trusts no one's pair list and no planner's word. Three
+answers for each pair: proven safe, in contact, undecided; the last counts as unsafe.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.certificates.bisection import judge
+from fiberplan.certificates.path import KNOT, Motion, measure, zone_entries
+from fiberplan.errors import TrajectoryError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.motion import Trajectory
+from fiberplan.tolerances import RANGE, SPEED
+
+TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
+CAP = 2.0  #: ... for pairs that come within this of the margin [mm]; for others it is only known to be larger
+_EVERYONE = 1e6  # [mm] everything is within this of everything, even of an arm whose speed has no bound
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two that come closer than the margin, or that could not be shown not to."""
+
+    pair: tuple[int, int]  #: positioners; -1 - k is obstacle k
+    time: float  #: of first crossing [s]
+    clearance: float  #: smallest seen [mm], less what jitter and position errors can take
+
+
+@dataclass(frozen=True)
+class ZoneEntry:
+    """A four-bar arm that enters its zone of avoidance, or could not be shown to stay out of it."""
+
+    positioner: int
+    time: float  #: from which it was not shown to stay out [s]
+    slider: float  #: its length then [mm]
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What could be proven of a motion. Clearances are less what jitter and position errors can take."""
+
+    margin: float  #: [mm]
+    jitter: float  #: clock error allowed for [s]
+    position_error: float  #: largest allowed for [mm]
+    pairs: np.ndarray  #: (m, 2) neighbour pairs looked at: all that could come within the margin
+    clearance: np.ndarray  #: (m,) proven lower bound of each pair's clearance over the whole motion [mm]
+    obstacle_pairs: np.ndarray  #: (k, 2) positioner, obstacle number
+    obstacle_clearance: np.ndarray  #: (k,) [mm]
+    contacts: tuple[Contact, ...] = ()  #: proven contacts, one per pair, by time
+    undecided: tuple[Contact, ...] = ()  #: pairs neither shown safe nor shown to touch; they count as unsafe
+    violations: tuple[str, ...] = ()  #: ranges, speeds, offline positioners that move
+    resting: tuple[Contact, ...] = field(default=())  #: contacts of two that cannot move: reported, not a failure
+    zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
+
+    @property
+    def ok(self) -> bool:
+        """Whether the motion is proven safe."""
+        return not (self.contacts or self.undecided or self.violations or self.zones)
+
+    @property
+    def smallest(self) -> float:
+        """Proven lower bound of the clearance of any pair looked at [mm]; inf if there is none."""
+        return float(min(self.clearance.min(initial=np.inf), self.obstacle_clearance.min(initial=np.inf)))
+
+    def __str__(self) -> str:
+        count = len(self.pairs) + len(self.obstacle_pairs)
+        if self.ok:
+            proven = (
+                f"smallest proven clearance {np.floor(self.smallest * 1e3) / 1e3:.3f} mm"
+                if count
+                else "nothing is within reach"
+            )
+            return f"safe: {proven} (margin {self.margin:g} mm, {count} pairs)"
+        parts = [(len(self.contacts), "contacts"), (len(self.undecided), "undecided pairs")]
+        parts += [(len(self.violations), "violations"), (len(self.zones), "zones of avoidance entered")]
+        return "not safe: " + ", ".join(f"{number} {what}" for number, what in parts if number)
+
+
+def verify(
+    plane: FocalPlane,
+    trajectory: Trajectory,
+    margin: float = 0.0,
+    jitter: float = 0.0,
+    position_error: float | np.ndarray = 0.0,
+) -> Certificate:
+    """Prove that a motion keeps its distance, ranges and speeds and avoids what it must, or say where it does not.
+
+    Args:
+        plane: whose bodies move, and among which obstacles.
+        trajectory: of all its positioners.
+        margin: clearance to keep at all times [mm]; equality cannot be decided.
+        jitter: each positioner's clock may be off by this [s].
+        position_error: each arm may be off by this, shared or (n,) [mm].
+
+    Raises:
+        TrajectoryError: another number of positioners than the focal plane has, or a negative or non-finite margin,
+            jitter or position error.
+    """
+    if trajectory.n != plane.n:
+        raise TrajectoryError(f"the motion has {trajectory.n} positioners, the focal plane {plane.n}")
+    error = np.asarray(position_error, float)
+    if error.shape not in ((), (plane.n,)):
+        raise TrajectoryError(f"position error must be one number or {plane.n}, got shape {error.shape}")
+    error = np.broadcast_to(error, (plane.n,))
+    if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
+        raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
+    path = _as_motion(plane, trajectory)
+    drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
+    widest = margin + 2.0 * (float(error.max(initial=0.0)) + min(drift, _EVERYONE))
+    pairs = plane.arm_pairs_within(widest + 1e-6)
+    errors = read_only(np.concatenate([error, np.zeros(len(plane.obstacles))]))
+    low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
+
+    moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
+    contacts: list[Contact] = []
+    undecided: list[Contact] = []
+    resting: list[Contact] = []
+    for k in np.flatnonzero(~(low >= margin)):
+        i, j = (int(arm) for arm in pairs[k])
+        contact = Contact((i, j if j < plane.n else plane.n - 1 - j), float(when[k]), float(seen[k]))
+        if not (moves[i] or moves[j]):
+            resting.append(contact)
+        else:
+            (undecided if seen[k] >= margin else contacts).append(contact)
+    fixed = pairs[:, 1] >= plane.n
+    return Certificate(
+        margin=float(margin),
+        jitter=float(jitter),
+        position_error=float(error.max(initial=0.0)),
+        pairs=read_only(pairs[~fixed], np.int64),
+        clearance=read_only(low[~fixed]),
+        obstacle_pairs=read_only(pairs[fixed] - np.array([0, plane.n]), np.int64),
+        obstacle_clearance=read_only(low[fixed]),
+        contacts=_by_time(contacts),
+        undecided=_by_time(undecided),
+        violations=tuple(_violations(plane, trajectory)),
+        resting=_by_time(resting),
+        zones=_zones(plane, path),
+    )
+
+
+def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
+    knots = np.zeros(len(trajectory.times), KNOT)
+    knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
+    measure(plane.arms, trajectory.offsets, knots)
+    return Motion(trajectory.offsets, read_only(knots, KNOT), trajectory.duration)
+
+
+def _zones(plane: FocalPlane, path: Motion) -> tuple[ZoneEntry, ...]:
+    """Online positioners that are not shown to stay out of their zone of avoidance, by time."""
+    if plane.four_bar is None:
+        return ()
+    found = [
+        ZoneEntry(i, float(time), float(length))
+        for i, (time, length) in enumerate(zone_entries(plane.arms, path.offsets, path.knots))
+        if plane.online[i] and not np.isnan(time)
+    ]
+    return tuple(sorted(found, key=lambda entry: (entry.time, entry.positioner)))
+
+
+def _by_time(contacts: list[Contact]) -> tuple[Contact, ...]:
+    return tuple(sorted(contacts, key=lambda c: (c.time, c.pair)))
+
+
+def _violations(plane: FocalPlane, trajectory: Trajectory) -> Iterable[str]:
+    """Knots out of range, segments too fast, offline positioners that move; the worst of each kind per positioner."""
+    owner = np.repeat(np.arange(plane.n), np.diff(trajectory.offsets))
+    angles, times = trajectory.angles, trajectory.times
+    online = plane.online[owner]
+
+    beyond = np.maximum(plane.lower[owner] - angles, angles - plane.upper[owner])
+    for i, k, joint in _worst(np.where(online[:, None], beyond, -np.inf), RANGE, owner):
+        low, high = np.degrees(plane.lower[i, joint]), np.degrees(plane.upper[i, joint])
+        yield (
+            f"positioner '{plane.ids[i]}': {('alpha', 'beta')[joint]} {np.degrees(angles[k, joint]):.6g} deg at "
+            f"{times[k]:.3f} s is outside {low:.6g} to {high:.6g} deg"
+        )
+    same = owner[1:] == owner[:-1]
+    steps, owner = np.diff(angles, axis=0)[same], owner[:-1][same]
+    times, spans, online = times[:-1][same], np.diff(times)[same], online[:-1][same]
+    excess = np.abs(steps) / spans[:, None] / plane.max_speed[owner] - 1.0
+    for i, k, joint in _worst(np.where(online[:, None], excess, -np.inf), SPEED, owner):
+        speed, limit = np.degrees(abs(steps[k, joint]) / spans[k]), np.degrees(plane.max_speed[i, joint])
+        yield (
+            f"positioner '{plane.ids[i]}': {('alpha', 'beta')[joint]} moves at {speed:.9g} deg/s from "
+            f"{times[k]:.3f} s, limit {limit:.9g} deg/s"
+        )
+    for i, k, joint in _worst(np.where(online[:, None], -np.inf, np.abs(steps)), 0.0, owner):
+        yield f"positioner '{plane.ids[i]}' is offline but its {('alpha', 'beta')[joint]} moves from {times[k]:.3f} s"
+
+
+def _worst(excess: np.ndarray, allowed: float, owner: np.ndarray) -> list[tuple[int, int, int]]:
+    """(positioner, row, joint) of the largest excess above what is allowed, once per positioner and joint."""
+    rows, joints = np.nonzero(~(excess <= allowed))
+    order = np.lexsort((-excess[rows, joints], joints, owner[rows]))
+    found: dict[tuple[int, int], int] = {}
+    for k in order:
+        found.setdefault((int(owner[rows[k]]), int(joints[k])), int(rows[k]))
+    return [(i, row, joint) for (i, joint), row in found.items()]

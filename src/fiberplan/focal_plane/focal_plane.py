@@ -1,0 +1,307 @@
+"""A focal plane: an array of positioners, what they can touch, and what stands fixed between them.
+
+A positioner turns alpha about its base and beta about its elbow; beta is measured from the alpha link, so pi is folded.
+Angles here are commanded ones: geometry adds each positioner's zero offsets (and the rotation of its frame, which is
+part of them). Lengths in mm, angles in rad, times in s. Arms of four bars (`fiberplan.focal_plane.four_bar`) have the
+same two commanded angles, which their papers call theta1 and theta2.
+"""
+
+import dataclasses
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.compiled_arms import compile_arms
+from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.kernels.arms import Arms
+from fiberplan.kernels.clearance import clearances
+from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
+from fiberplan.registry import io_function
+from fiberplan.tolerances import ZONE
+
+TURN = 2 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class FocalPlane:
+    """An array of two-joint positioners with obstacles.
+
+    Raises:
+        InstrumentError: a duplicate id, a value that is not finite, a reversed joint range, a speed that is not
+            positive, or a folded state outside its range or in the zone of avoidance; the message names the positioner.
+    """
+
+    ids: tuple[str, ...]
+    base: np.ndarray  #: (n, 2) alpha axes [mm]
+    length: np.ndarray  #: (n,) base to elbow [mm]
+    fiber_offsets: Mapping[str, np.ndarray]  #: name -> (n, 2) in the beta link's frame [mm]; the first is the default
+    folded: np.ndarray  #: (n, 2) the park state, commanded [rad]
+    lower: np.ndarray  #: (n, 2) joint ranges, commanded [rad]
+    upper: np.ndarray  #: (n, 2) [rad]
+    max_speed: np.ndarray  #: (n, 2) [rad/s]
+    bodies: tuple[Body, ...]
+    obstacles: tuple[Obstacle, ...] = ()
+    zero: np.ndarray = None  # type: ignore[assignment]  #: (n, 2) added to commanded angles [rad]; zeros unless given
+    online: np.ndarray = None  # type: ignore[assignment]  #: (n,) False: cannot move; all True unless given
+    name: str = "unnamed"
+    pair_margin: float = 5.0  #: pairs that could come within this of each other are neighbours [mm]
+    notes: tuple[str, ...] = field(default=())  #: assumptions and sources worth printing beside a plan
+    four_bar: FourBar | None = None  #: the third link, where positioners are four-bar arms; None: two links
+    field_radius: float = np.inf  #: targets lie this close to the origin [mm]
+
+    def __post_init__(self) -> None:
+        n = len(self.ids)
+        defaults = {"zero": np.zeros((n, 2)), "online": np.ones(n, bool)}
+        shapes = {"base": (n, 2), "length": (n,), "folded": (n, 2), "lower": (n, 2), "upper": (n, 2)}
+        shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)}
+        for name, shape in shapes.items():
+            value = getattr(self, name)
+            value = read_only(defaults[name] if value is None else value, bool if name == "online" else np.float64)
+            if value.shape != shape:
+                raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "ids", tuple(str(i) for i in self.ids))
+        offsets = {name: read_only(np.broadcast_to(value, (n, 2))) for name, value in self.fiber_offsets.items()}
+        object.__setattr__(self, "fiber_offsets", offsets)
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        self._validate()
+
+    def _validate(self) -> None:
+        if not self.n:
+            raise InstrumentError(f"{self.name}: no positioners")
+        if len(self.index) < self.n:
+            twice = next(id_ for i, id_ in enumerate(self.ids) if self.index[id_] != i)
+            rows = [i for i, id_ in enumerate(self.ids) if id_ == twice]
+            raise InstrumentError(f"{self.name}: positioner id '{twice}' appears twice (rows {rows[0]} and {rows[1]})")
+        if not self.fiber_offsets:
+            raise InstrumentError(f"{self.name}: no fiber is given")
+        for name in ("base", "length", "zero", "folded"):
+            self._refuse(~np.isfinite(getattr(self, name)), name, "is not a finite number")
+        for name, value in self.fiber_offsets.items():
+            self._refuse(~np.isfinite(value), f"fiber '{name}'", "is not a finite number", value)
+        for body in self.bodies:
+            for what, count in (("points", body.points.ndim == 3), ("radii", np.ndim(body.radius) == 1)):
+                given = len(body.points if what == "points" else np.atleast_1d(body.radius))
+                if count and given != self.n:
+                    raise InstrumentError(
+                        f"{self.name}: body '{body.name}': {what} of {given} positioners, not {self.n}"
+                    )
+        self._refuse(~(self.length >= 0), "length", "is negative")
+        self._refuse(~(self.lower <= self.upper), "lower", "is above the upper end of the joint's range")
+        self._refuse(~(np.isfinite(self.max_speed) & (self.max_speed > 0)), "max_speed", "is not a positive speed")
+        outside = ~((self.folded >= self.lower) & (self.folded <= self.upper))
+        self._refuse(outside, "folded", "lies outside the joint's range")
+        if not self.field_radius > 0:
+            raise InstrumentError(f"{self.name}: field_radius {self.field_radius:g} mm is not a positive length")
+        if self.four_bar is None:
+            if any(body.link == "rocker" for body in self.bodies):
+                raise InstrumentError(f"{self.name}: a body rides on the rocker, but these positioners have two links")
+            return
+        if len(self.four_bar.spacing) != self.n:
+            raise InstrumentError(f"{self.name}: four-bar values of {len(self.four_bar.spacing)} arms, not {self.n}")
+        inside = self.in_avoidance(self.folded)
+        if inside.any():
+            i = int(np.argmax(inside))
+            raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': folded: {self.avoidance(i, self.folded)}")
+
+    def _refuse(self, bad: np.ndarray, name: str, complaint: str, values: np.ndarray | None = None) -> None:
+        """Raise for the first True of `bad`, naming its positioner and value."""
+        if not np.any(bad):
+            return
+        i, *column = np.argwhere(bad)[0]
+        value = (getattr(self, name) if values is None else values)[(i, *column)]
+        shown = f"{value:.6g} mm"
+        axis = ("x ", "y ")[column[0]] if column else ""
+        if name in ("zero", "folded", "lower", "max_speed"):
+            shown = f"{np.degrees(value):.6g} deg{'/s' if name == 'max_speed' else ''}"
+            axis = ("alpha ", "beta ")[column[0]]
+        raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': {axis}{name} {shown} {complaint}")
+
+    @property
+    def n(self) -> int:
+        """Number of positioners."""
+        return len(self.ids)
+
+    @property
+    def fiber(self) -> np.ndarray:
+        """(n, 2) default fiber in the beta link's frame [mm]."""
+        return next(iter(self.fiber_offsets.values()))
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Positioner id -> index."""
+        return {id_: i for i, id_ in enumerate(self.ids)}
+
+    def replace(self, **changes: Any) -> "FocalPlane":
+        """The same focal plane with some fields changed."""
+        return dataclasses.replace(self, **changes)
+
+    def links(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Directions of both links (n,) [rad] at commanded `angles` (n, 2) [rad]."""
+        first = angles[:, 0] + self.zero[:, 0]
+        if self.four_bar is not None:
+            first = first + self.four_bar.orientation
+            pivot, turn = self.four_bar.rockers(self.base, angles, self.zero)
+            along = pivot + self.four_bar.rocker[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+            along -= self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
+            return first, np.arctan2(along[:, 1], along[:, 0])
+        return first, first + angles[:, 1] + self.zero[:, 1]
+
+    def elbows(self, angles: np.ndarray) -> np.ndarray:
+        """Elbow positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]."""
+        first = angles[:, 0] + self.zero[:, 0] + (0.0 if self.four_bar is None else self.four_bar.orientation)
+        return self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
+
+    def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
+        """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
+
+        Raises:
+            InstrumentError: no fiber of that name.
+        """
+        if fiber is not None and fiber not in self.fiber_offsets:
+            raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
+        offset = self.fiber if fiber is None else self.fiber_offsets[fiber]
+        _, second = self.links(angles)
+        c, s = np.cos(second), np.sin(second)
+        turned = np.stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1)
+        return self.elbows(angles) + turned
+
+    def sliders(self, angles: np.ndarray) -> np.ndarray:
+        """Slider lengths (n,) [mm] of four-bar arms at commanded `angles` (n, 2) [rad]; infinite for two links."""
+        if self.four_bar is None:
+            return np.full(self.n, np.inf)
+        return self.four_bar.sliders(self.length, angles, self.zero)
+
+    def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
+        """(n,) whether commanded `angles` (n, 2) [rad] lie in the zone of avoidance; NaN rows do not."""
+        if self.four_bar is None:
+            return np.zeros(self.n, bool)
+        slider, slack = self.sliders(angles), ZONE
+        return (slider < self.four_bar.shortest - slack) | (slider > self.four_bar.longest + slack)
+
+    def avoidance(self, i: int, angles: np.ndarray) -> str:
+        """What is wrong with positioner `i`, whose commanded angles (n, 2) [rad] lie in its zone of avoidance."""
+        assert self.four_bar is not None
+        theta = ", ".join(f"{np.degrees(t):.6g}" for t in angles[i])
+        low, high = self.four_bar.shortest[i], self.four_bar.longest[i]
+        return (
+            f"theta1, theta2 {theta} deg are in the zone of avoidance: "
+            f"slider {self.sliders(angles)[i]:.6g} mm is outside {low:.6g} to {high:.6g} mm"
+        )
+
+    @cached_property
+    def arms(self) -> Arms:
+        """The kernels' view: positioners, then obstacles (arm n + k is obstacle k)."""
+        return self._compiled[0]
+
+    @cached_property
+    def _compiled(self) -> tuple[Arms, np.ndarray]:
+        try:
+            return compile_arms(self.base, self.length, self.zero, self.bodies, self.obstacles, self.four_bar)
+        except InstrumentError as error:
+            raise InstrumentError(f"{self.name}: {error}") from None
+
+    @cached_property
+    def pairs(self) -> np.ndarray:
+        """(m, 2) positioners that could come within `pair_margin` of each other, sorted."""
+        return self.pairs_within(self.pair_margin)
+
+    @cached_property
+    def obstacle_pairs(self) -> np.ndarray:
+        """(m, 2) positioner and obstacle number that could come within `pair_margin` of each other."""
+        return self.obstacle_pairs_within(self.pair_margin)
+
+    def pairs_within(self, gap: float) -> np.ndarray:
+        """(m, 2) positioners whose bodies could come within `gap` [mm], in O(n)."""
+        return read_only(neighbour_pairs(self.base, self.reach, float(gap)), np.int64)
+
+    def obstacle_pairs_within(self, gap: float) -> np.ndarray:
+        """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
+        boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
+        box = read_only(np.array(boxes, float).reshape(-1, 4))
+        return read_only(box_pairs(self.base, self.reach, box, float(gap)), np.int64)
+
+    def arm_pairs_within(self, gap: float) -> np.ndarray:
+        """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
+        obstacle = self.obstacle_pairs_within(gap) + np.array([0, self.n])
+        return read_only(np.concatenate([self.pairs_within(gap), obstacle]), np.int64)
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """(n,) farthest that any body point can be from the base, radii included [mm]."""
+        return self._compiled[1]
+
+    def with_obstacles(self, angles: np.ndarray) -> np.ndarray:
+        """`angles` (n, 2) followed by zeros for the obstacles, as the kernels take them."""
+        return read_only(np.concatenate([np.asarray(angles, float), np.zeros((len(self.obstacles), 2))]))
+
+    def clearance(self, angles: np.ndarray) -> np.ndarray:
+        """(m,) clearance of each of `pairs` [mm] at commanded `angles` (n, 2) [rad]; NaN where an angle is."""
+        return clearances(self.arms, self.with_obstacles(angles), self.pairs)
+
+    @staticmethod
+    def load(name_or_path: str | os.PathLike) -> "FocalPlane":
+        """A named instrument (see ``fiberplan instruments``), or one from a file or folder.
+
+        Raises:
+            InstrumentError: no such instrument or file, or one that cannot be used.
+        """
+        return io_function("load_focal_plane")(name_or_path)
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Write the whole focal plane as FITS tables, which `load` reads back exactly.
+
+        Raises:
+            InstrumentError: the file cannot be written.
+        """
+        io_function("write_focal_plane")(self, path)
+
+    @classmethod
+    def hexagonal(
+        cls,
+        rings: int,
+        pitch: float,
+        lengths: tuple[float, float] = (7.4, 15.0),
+        radius: float = 1.5,
+        max_speed: float | Sequence[float] = np.radians(30.0),
+        lower: Sequence[float] = (0.0, 0.0),
+        upper: Sequence[float] = (TURN, np.pi),
+        folded: Sequence[float] = (0.0, np.pi),
+        name: str = "hexagonal",
+        bodies: Sequence[Body] | None = None,
+    ) -> "FocalPlane":
+        """A filled hexagon of 1 + 3 rings (rings + 1) equal positioners, numbered row by row from the lowest y.
+
+        Rows run along x, `pitch` [mm] apart within a row; ids are R<row>C<column> counted from the middle row and from
+        the left. Each beta arm is one capsule of `radius` [mm] from elbow to fiber unless `bodies` are given.
+
+        Raises:
+            InstrumentError: rings below 0, or values that make no focal plane.
+        """
+        if rings < 0 or not pitch > 0:
+            raise InstrumentError(f"a hexagon needs rings >= 0 and pitch > 0, got {rings} and {pitch}")
+        ids, base = hexagonal_grid(rings, pitch)
+        n = len(ids)
+        if bodies is None:
+            bodies = (Body(np.array([[0.0, 0.0], [lengths[1], 0.0]]), radius),)
+        return cls(
+            ids=ids,
+            base=base,
+            length=np.full(n, float(lengths[0])),
+            fiber_offsets={"fiber": np.array([lengths[1], 0.0])},
+            folded=np.tile(np.asarray(folded, float), (n, 1)),
+            lower=np.tile(np.asarray(lower, float), (n, 1)),
+            upper=np.tile(np.asarray(upper, float), (n, 1)),
+            max_speed=np.tile(np.broadcast_to(np.asarray(max_speed, float), 2), (n, 1)),
+            bodies=tuple(bodies),
+            name=name,
+        )

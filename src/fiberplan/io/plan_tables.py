@@ -1,0 +1,210 @@
+"""Plans as tables, and tables as plans: which column holds what.
+
+Angles are in radians, lengths in mm, times in s. Goals are stored as they were settled, with what was requested beside
+them, so that a plan reads back without deciding anything again.
+"""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from astropy.io import fits
+
+from fiberplan.arrays import read_only
+from fiberplan.certificates import Certificate, Contact, ZoneEntry
+from fiberplan.errors import PlanError
+from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
+from fiberplan.motion import Trajectory
+from fiberplan.plan import Outcome, Plan
+from fiberplan.problem import Dropped, Problem
+from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
+
+_ANGLES = ("start", "goal", "requested")
+
+
+def plan_hdus(plan: Plan) -> list[fits.BinTableHDU]:
+    """FOCALPLANE, POSITIONERS (with outcomes), BODIES, OBSTACLES, KNOTS, PROBLEM, CERTIFICATE, PARAMETERS."""
+    about, positioners, bodies, obstacles = plane_hdus(plan.problem.plane)
+    outcomes = table_hdu("", {"outcome": [outcome.name for outcome in plan.outcomes]})
+    return [
+        about,
+        fits.BinTableHDU.from_columns(positioners.columns + outcomes.columns, name="POSITIONERS"),
+        bodies,
+        obstacles,
+        _knots(plan.trajectory),
+        _problem_table(plan),
+        _proof_table(plan.certificate),
+        table_hdu("PARAMETERS", {"json": [json.dumps(_parameters(plan), default=_plain)]}),
+    ]
+
+
+def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
+    """The plan in these tables."""
+    said = json.loads(texts(pick(tables, "PARAMETERS", PlanError), "json")[0])
+    table, knots = pick(tables, "PROBLEM", PlanError), pick(tables, "KNOTS", PlanError)
+    plane = plane_from_tables(tables)
+
+    def angles(name: str) -> np.ndarray:
+        return np.stack([numbers(table, f"{name}_{joint}") for joint in ("alpha", "beta")], axis=-1)
+
+    k = said["problem"]["alternatives"]
+    alternatives = (
+        None if k is None else angles("alternatives").reshape(plane.n, k, 2) if k else np.empty((plane.n, 0, 2))
+    )
+    cause, why = texts(table, "cause"), texts(table, "dropped_for")
+    dropped = {
+        int(i): Dropped(cause[i], tuple(json.loads(why[i]))) for i in np.flatnonzero(numbers(table, "dropped", bool))
+    }
+    problem = Problem(
+        plane,
+        start=angles("start"),
+        goal=angles("goal"),
+        margin=said["problem"]["margin"],
+        priority=numbers(table, "priority"),
+        alternatives=alternatives,
+        dropped=dropped,
+        notes=tuple(said["problem"]["notes"]),
+    )
+    # the goals in the file are already settled; what they were settled from is only told, not settled again
+    object.__setattr__(problem, "conflicts", said["problem"]["conflicts"])
+    object.__setattr__(problem, "requested", read_only(angles("requested")))
+    owner = numbers(knots, "positioner", int)
+    trajectory = Trajectory(
+        np.searchsorted(owner, np.arange(plane.n + 1)),
+        numbers(knots, "time"),
+        np.stack([numbers(knots, "alpha"), numbers(knots, "beta")], axis=1),
+    )
+    blockers = ((i, json.loads(text)) for i, text in enumerate(texts(table, "blockers")))
+    return Plan(
+        problem=problem,
+        trajectory=trajectory,
+        outcomes=tuple(Outcome[name] for name in texts(table, "outcome")),
+        planner=said["planner"],
+        parameters=_tuples(said["parameters"]),
+        seed=said["seed"],
+        blockers={i: tuple(others) for i, others in blockers if others is not None},
+        timings=said["timings"],
+        notes=tuple(said["notes"]),
+        interrupted=said.get("interrupted", False),
+    )
+
+
+def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
+    """The certificate in these tables."""
+    table = pick(tables, "CERTIFICATE", PlanError)
+    scalars = json.loads(texts(pick(tables, "PARAMETERS", PlanError), "json")[0])["certificate"]
+    kind, text = np.array(texts(table, "kind")), texts(table, "text")
+    pair = np.stack([numbers(table, "first", int), numbers(table, "second", int)], axis=1)
+    time, clearance = numbers(table, "time"), numbers(table, "clearance")
+
+    def contacts(which: str) -> tuple[Contact, ...]:
+        rows = np.flatnonzero(kind == which)
+        return tuple(Contact((int(pair[k, 0]), int(pair[k, 1])), float(time[k]), float(clearance[k])) for k in rows)
+
+    return Certificate(
+        **scalars,
+        pairs=pair[kind == "pair"],
+        clearance=clearance[kind == "pair"],
+        obstacle_pairs=pair[kind == "obstacle"],
+        obstacle_clearance=clearance[kind == "obstacle"],
+        contacts=contacts("contact"),
+        undecided=contacts("undecided"),
+        violations=tuple(text[k] for k in np.flatnonzero(kind == "violation")),
+        resting=contacts("resting"),
+        zones=tuple(
+            ZoneEntry(int(pair[k, 0]), float(time[k]), float(clearance[k])) for k in np.flatnonzero(kind == "zone")
+        ),
+    )
+
+
+def _parameters(plan: Plan) -> dict[str, Any]:
+    """What is no table: settings, notes, scalars."""
+    problem, proof = plan.problem, plan.certificate
+    alternatives = None if problem.alternatives is None else int(np.shape(problem.alternatives)[1])
+    return {
+        "planner": plan.planner,
+        "parameters": dict(plan.parameters),
+        "seed": plan.seed,
+        "timings": dict(plan.timings),
+        "notes": plan.notes,
+        "interrupted": plan.interrupted,
+        "problem": {
+            "margin": float(problem.margin),
+            "conflicts": problem.conflicts,
+            "notes": problem.notes,
+            "alternatives": alternatives,
+        },
+        "certificate": {"margin": proof.margin, "jitter": proof.jitter, "position_error": proof.position_error},
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Scalars and arrays of numpy as JSON knows them."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} cannot be stored in a plan's parameters")
+
+
+def _tuples(value: Any) -> Any:
+    """JSON's lists as the tuples that were written."""
+    if isinstance(value, list):
+        return tuple(_tuples(item) for item in value)
+    return {key: _tuples(item) for key, item in value.items()} if isinstance(value, dict) else value
+
+
+def _knots(trajectory: Trajectory) -> fits.BinTableHDU:
+    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    columns = {"positioner": owner, "time": trajectory.times}
+    columns |= {"alpha": trajectory.angles[:, 0], "beta": trajectory.angles[:, 1]}
+    return table_hdu("KNOTS", columns, {"time": "s", "alpha": "rad", "beta": "rad"})
+
+
+def _problem_table(plan: Plan) -> fits.BinTableHDU:
+    problem, n = plan.problem, plan.problem.n
+    columns: dict[str, Any] = {"positioner": problem.plane.ids}
+    units = {}
+    angles = {name: np.asarray(getattr(problem, name)) for name in _ANGLES}
+    if problem.alternatives is not None and np.shape(problem.alternatives)[1]:
+        angles["alternatives"] = np.asarray(problem.alternatives, float)
+    for name, values in angles.items():
+        for k, joint in enumerate(("alpha", "beta")):
+            columns[f"{name}_{joint}"], units[f"{name}_{joint}"] = values[..., k], "rad"
+    dropped = [problem.dropped.get(i) for i in range(n)]
+    columns |= {
+        "priority": problem.priority,
+        "outcome": [outcome.name for outcome in plan.outcomes],
+        "blockers": [json.dumps(plan.blockers.get(i), default=_plain) for i in range(n)],
+        "dropped": np.array([d is not None for d in dropped], bool),
+        "cause": [d.cause if d else "" for d in dropped],
+        "dropped_for": [json.dumps(d.blockers if d else (), default=_plain) for d in dropped],
+    }
+    return table_hdu("PROBLEM", columns, units)
+
+
+def _proof_table(proof: Certificate) -> fits.BinTableHDU:
+    pairs = [proof.pairs, proof.obstacle_pairs]
+    kinds = ["pair"] * len(proof.pairs) + ["obstacle"] * len(proof.obstacle_pairs)
+    times = [np.full(len(kinds), np.nan)]
+    clearance = [proof.clearance, proof.obstacle_clearance]
+    for kind, contacts in (("contact", proof.contacts), ("undecided", proof.undecided), ("resting", proof.resting)):
+        kinds += [kind] * len(contacts)
+        pairs.append(np.array([c.pair for c in contacts], np.int64).reshape(-1, 2))
+        times.append(np.array([c.time for c in contacts], float))
+        clearance.append(np.array([c.clearance for c in contacts], float))
+    kinds += ["zone"] * len(proof.zones)
+    pairs.append(np.array([(zone.positioner, -1) for zone in proof.zones], np.int64).reshape(-1, 2))
+    times.append(np.array([zone.time for zone in proof.zones], float))
+    clearance.append(np.array([zone.slider for zone in proof.zones], float))
+    sentences = [""] * len(kinds) + list(proof.violations)
+    count = len(proof.violations)
+    both = np.concatenate([*pairs, np.full((count, 2), -1)])
+    columns: dict[str, Any] = {
+        "kind": [*kinds, *["violation"] * count],
+        "first": both[:, 0],
+        "second": both[:, 1],
+        "time": np.concatenate([*times, np.full(count, np.nan)]),
+        "clearance": np.concatenate([*clearance, np.full(count, np.nan)]),
+        "text": sentences,
+    }
+    return table_hdu("CERTIFICATE", columns, {"time": "s", "clearance": "mm"})

@@ -1,0 +1,6 @@
+"""What a planner returns: a motion with an outcome for every positioner, and why it is as it is."""
+
+from fiberplan.plan.diagnosis import diagnose
+from fiberplan.plan.plan import Outcome, Plan
+
+__all__ = ["Outcome", "Plan", "diagnose"]

@@ -1,0 +1,137 @@
+"""What a planner returns: a motion that is safe as it stands, and an outcome for every positioner.
+
+Complete or not, the trajectory begins at the problem's start; a positioner that cannot arrive is an outcome, never an
+error, and the rest is planned around where it waits.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fiberplan.certificates import Certificate, verify
+from fiberplan.errors import PlanError
+from fiberplan.motion import Trajectory
+from fiberplan.problem import Problem
+from fiberplan.registry import io_function
+from fiberplan.tolerances import ARRIVAL
+
+
+class Outcome(Enum):
+    """What became of a positioner; of several that fit, the first."""
+
+    OFFLINE = "cannot move"
+    NO_TARGET = "has no target"
+    DROPPED = "its goal touched something at rest or was out of reach"
+    ARRIVED = "arrived at its goal"
+    INFEASIBLE = "proven unable to reach its goal"
+    DEADLOCKED = "stuck or given up, without proof that it had to be"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planned motion.
+
+    Raises:
+        PlanError: the trajectory does not begin at the start, or the outcomes do not fit.
+    """
+
+    problem: Problem
+    trajectory: Trajectory
+    outcomes: tuple[Outcome, ...]  #: one per positioner
+    planner: str  #: its name in `fiberplan.planners.PLANNERS`
+    parameters: Mapping[str, Any] = field(default_factory=dict)  #: the planner's settings
+    seed: int = 0
+    blockers: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    """Positioner that did not arrive -> those in its way; -1 - k is obstacle k."""
+    timings: Mapping[str, float] = field(default_factory=dict)  #: CPU seconds per stage
+    notes: tuple[str, ...] = ()  #: assumptions and warnings
+    interrupted: bool = False  #: by Ctrl-C or a deadline: what was best by then
+
+    def __post_init__(self) -> None:
+        n = self.problem.n
+        if len(self.outcomes) != n or self.trajectory.n != n:
+            raise PlanError(f"{n} positioners, but {len(self.outcomes)} outcomes and {self.trajectory.n} motions")
+        off = np.abs(self.trajectory.start - self.problem.start).max(axis=1)
+        if np.any(off > 1e-9):
+            i = int(np.argmax(off))
+            raise PlanError(f"positioner '{self.problem.plane.ids[i]}' begins {off[i]:.3g} rad from the stated start")
+
+    @property
+    def makespan(self) -> float:
+        """Time until the last positioner stops [s]."""
+        return self.trajectory.duration
+
+    @cached_property
+    def lower_bound(self) -> float:
+        """No plan in which these positioners arrive can be faster [s]: the largest joint travel over its speed."""
+        arrived = self.having(Outcome.ARRIVED)
+        travel = np.abs(self._ends - self.problem.start[:, None]) / self.problem.plane.max_speed[:, None]
+        shortest = np.nanmin(travel[arrived].max(axis=2), axis=1, initial=np.inf)
+        return float(shortest.max(initial=0.0))
+
+    @property
+    def _ends(self) -> np.ndarray:
+        """(n, k, 2) configurations in which each positioner is at its goal [rad], NaN-padded: the goal comes first."""
+        goal, others = self.problem.goal[:, None], self.problem.alternatives
+        return goal if others is None else np.concatenate([goal, others], axis=1)
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Proof that the motion is safe at the problem's margin, by the independent `fiberplan.verify`."""
+        return verify(self.problem.plane, self.trajectory, self.problem.margin)
+
+    def having(self, outcome: Outcome) -> np.ndarray:
+        """Indices of the positioners with this outcome."""
+        return np.array([i for i, o in enumerate(self.outcomes) if o is outcome], dtype=np.int64)
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Indices of the positioners that had a target and do not arrive at it."""
+        return np.sort(
+            np.concatenate([self.having(o) for o in (Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED)])
+        )
+
+    @property
+    def kept(self) -> float:
+        """Total priority of the positioners that arrive."""
+        assert self.problem.priority is not None  # set on construction
+        return float(self.problem.priority[self.having(Outcome.ARRIVED)].sum())
+
+    def faults(self) -> list[str]:
+        """What in the plan does not hold: unsafe motion, or a positioner said to arrive that does not."""
+        plane, fibers = self.problem.plane, self.problem.plane.fibers(self.trajectory.end)
+        faults = [] if self.certificate.ok else [str(self.certificate)]
+        goals = np.stack([plane.fibers(end) for end in np.moveaxis(self._ends, 1, 0)])
+        away = np.fmin.reduce(np.linalg.norm(fibers - goals, axis=2), axis=0)
+        for i in self.having(Outcome.ARRIVED):
+            if not away[i] <= ARRIVAL:
+                faults.append(f"positioner '{plane.ids[i]}' is said to arrive but ends {away[i]:.4g} mm from its goal")
+        return faults
+
+    def __str__(self) -> str:
+        arrived = len(self.having(Outcome.ARRIVED))
+        asked = arrived + len(self.lost)
+        ratio = f" ({self.makespan / self.lower_bound:.2f} x the lower bound)" if self.lower_bound > 0 else ""
+        return f"{arrived} of {asked} arrived in {self.makespan:.1f} s{ratio}"
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Write everything, with its certificate, as one FITS file.
+
+        Raises:
+            PlanError: the file cannot be written; what was there before is kept.
+        """
+        io_function("write_plan")(self, path)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> "Plan":
+        """Read a plan written by `write`.
+
+        Raises:
+            PlanError: no such file, not a plan, damaged, or of a newer format.
+        """
+        return io_function("read_plan")(path)

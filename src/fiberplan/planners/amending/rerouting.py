@@ -1,0 +1,182 @@
+"""A new way for one positioner through everyone else's, who keep theirs; where there is none, a few make room.
+
+The search is the direct planner's (`fiberplan.planners.direct`), on a patch of the array: the one positioner takes the
+cheapest way past its neighbours; those that it still touches are freed, and contacts among the freed are repaired;
+whoever those touch is freed next. Everyone who is not freed moves as before, and so does whoever was freed for nothing.
+What is found on the lattice is proven on the patch by `fiberplan.verify`; a pair that fails is kept farther apart.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.certificates import verify
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.kernels.neighbours import NEAR, neighbour_lists
+from fiberplan.motion import Trajectory
+from fiberplan.planners.amending.subarray import part_of_motion, patch_around, sampled, with_part
+from fiberplan.planners.direct.contacts import contacts_of_all
+from fiberplan.planners.direct.lattice import Lattice, longest_step, make_lattice
+from fiberplan.planners.direct.repair import (
+    SOLVED,
+    Search,
+    make_scratch,
+    make_search,
+    note_all,
+    place_each,
+    repair,
+)
+from fiberplan.planners.direct.trim import as_trajectory
+from fiberplan.planners.shared.straighten import straighten
+from fiberplan.problem import Problem
+from fiberplan.tolerances import NEAR as NEAR_MARGIN
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
+
+_TURN = np.radians(6.0)  # of the fastest joint in a step
+_MOST_STEPS = 120, 400  # a motion that lasts longer is searched in longer steps: at first, and later
+_FEWEST_STEPS = 20  # where some are to be added
+_REPAIRS = (5, 30, 60, 120, 120)  # replans in each round; before the next, those in contact are freed
+_TOGETHER = 2  # from this round on pairs may be moved together, which is dear
+_MOST_TOGETHER = 6  # such moves in all rounds
+_CHUNK = 5  # replans between looks at how many there were
+_MOST_FREED = 10
+_PROOFS = 4  # looks at a result; between them, pairs that failed are kept farther apart
+_CLOSE, _SHUT = 10.0, 1000.0  # prices of a step in contact with what could make room and what cannot
+_INFLATION = 0.2  # [mm] for a pair that failed its proof
+
+
+class Way(NamedTuple):
+    """What came of it."""
+
+    motion: Trajectory | None  #: of everybody; None: no way was found
+    moved: tuple[int, ...]  #: who moves otherwise than before
+    blockers: tuple[int, ...]  #: without a way: who was in the way; -1 - k is obstacle k
+
+
+def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int) -> Way:
+    """Lead positioner `amended` to its end, everyone else as before as far as that goes.
+
+    Args:
+        problem: whose start and margin to keep.
+        motion: of everybody so far, safe.
+        ends: (n, 2) where everybody has to end [rad]; NaN rows: anywhere safe.
+        amended: the positioner.
+        longer: part of the motion's duration that may be added where there is no way without.
+        seed: of the order of repairs.
+    """
+    plane = problem.plane
+    needed = float((np.abs(ends[amended] - problem.start[amended]) / plane.max_speed[amended]).max()) / UNDER_LIMIT
+    horizon = max(motion.duration, needed)
+    blockers: tuple[int, ...] = ()
+    for added in sorted({0.0, longer}):
+        free, together = [amended], _MOST_TOGETHER
+        for turn, most in enumerate(_REPAIRS):
+            attempt = _Attempt(problem, motion, ends, free, horizon, added, turn, together * (turn >= _TOGETHER), seed)
+            found = attempt.run(amended, most)
+            together = max(0, together - attempt.moved_together)
+            if found is not None:
+                return Way(*found, ())
+            blockers = blockers or attempt.in_contact_with([amended])
+            others = [j for j in attempt.in_contact_with(free) if j >= 0 and plane.online[j] and j not in free]
+            free = [*free, *others][:_MOST_FREED]
+    return Way(None, (), blockers)
+
+
+class _Attempt:
+    """The ways of a few free positioners among others that move as before."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        motion: Trajectory,
+        ends: np.ndarray,
+        free: list[int],
+        horizon: float,
+        added: float,
+        turn: int,
+        together: int,
+        seed: int,
+    ):
+        self._motion, self._margin, self._limit = motion, problem.margin, problem.margin + SLACK
+        self._patch = patch = patch_around(problem.plane, np.array(free), problem.margin + NEAR_MARGIN)
+        self._free = np.flatnonzero(np.isin(patch.who, free))
+        plane, start = patch.plane, problem.start[patch.who]
+        movable = np.isin(np.arange(plane.n), self._free)
+        goal = np.where(movable[:, None], ends[patch.who], start)
+        longest = max(longest_step(plane, start, goal, _TURN), horizon / _MOST_STEPS[turn > 0])
+        if added:
+            longest = min(longest, horizon / _FEWEST_STEPS)
+        steps = max(1, int(np.ceil(horizon / longest - 1e-9)))
+        self._duration = horizon / steps
+        steps += int(added * steps)
+        self._before = part_of_motion(motion, patch.who)
+        self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps)
+        self._lattice.path[: plane.n] = sampled(self._before, self._duration * np.arange(steps + 1))
+        self._as_before = self._lattice.path.copy()
+        self._together = together
+        self._pairs = plane.arm_pairs_within(problem.margin + NEAR_MARGIN)
+        offsets, near = neighbour_lists(len(plane.arms.arm), self._pairs)
+        self._near = Neighbourhood(len(self._pairs), read_only(offsets, np.int64), read_only(near, NEAR))
+        self._search: Search = make_search(plane.n, len(self._pairs), self._limit, seed)
+        able = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
+        self._search.weight[:] = np.where(able[self._pairs].all(axis=1), _CLOSE, _SHUT)
+        self._search.needs[:] = 1  # how long a pair needs alone is not asked here
+        if not together:
+            self._search.tries[:] = -sum(_REPAIRS)
+
+    @property
+    def moved_together(self) -> int:
+        """How often pairs were moved together."""
+        return int(self._search.work[1])
+
+    def run(self, amended: int, most: int) -> tuple[Trajectory, tuple[int, ...]] | None:
+        """Everybody's motion and who moves otherwise than before, if `most` replans find a way that is proven."""
+        lattice, search, arms, patch = self._lattice, self._search, self._patch.plane.arms, self._patch
+        scratch = make_scratch(lattice)
+        first = np.flatnonzero(patch.who == amended)
+        place_each(arms, self._near, lattice, search, scratch, first, lattice.steps)
+        contacts_of_all(arms, lattice, self._pairs, self._limit, lattice.steps, search.contacts)
+        for _ in range(_PROOFS):
+            note_all(search)
+            for _ in range(0, most, _CHUNK):
+                result = repair(
+                    arms, self._near, lattice, self._pairs, search, scratch, self._limit, lattice.steps, _CHUNK
+                )
+                if result == SOLVED or self.moved_together > self._together:
+                    break
+            if result != SOLVED:
+                return None
+            changed = [i for i in self._free if not np.array_equal(lattice.path[i], self._as_before[i])]
+            motion = self._as_motion(np.array(changed, np.int64))
+            failed = self._failed(motion)
+            if not len(failed):
+                moved = patch.who[changed]
+                part = part_of_motion(motion, np.array(changed, np.int64))
+                return with_part(self._motion, moved, part), tuple(int(i) for i in moved)
+            search.limits[failed] += _INFLATION
+            search.contacts[failed] = 1
+        return None
+
+    def _as_motion(self, changed: np.ndarray) -> Trajectory:
+        """The patch's motion, those that `changed` along their new ways, with few knots."""
+        new = as_trajectory(self._lattice.path[changed], self._duration)
+        motion = with_part(self._before, changed, new)
+        return straighten(self._patch.plane, motion, self._margin, self._near, changed)
+
+    def _failed(self, motion: Trajectory) -> np.ndarray:
+        """Pairs with a free positioner that are not proven safe."""
+        certificate = verify(self._patch.plane, motion, self._margin)
+        n, fixed = self._patch.plane.n, self._lattice.fixed
+        pairs = {(c.pair[0], c.pair[1] if c.pair[1] >= 0 else n - 1 - c.pair[1]) for c in certificate.contacts}
+        pairs |= {(c.pair[0], c.pair[1] if c.pair[1] >= 0 else n - 1 - c.pair[1]) for c in certificate.undecided}
+        failed = [tuple(pair) in pairs and not (fixed[pair[0]] and fixed[pair[1]]) for pair in self._pairs.tolist()]
+        return np.flatnonzero(failed)
+
+    def in_contact_with(self, who: list[int]) -> tuple[int, ...]:
+        """Whom the positioners `who` touched last, themselves left out; obstacle k is -1 - k."""
+        n, found = self._patch.plane.n, []
+        for i, j in self._pairs[self._search.contacts > 0].tolist():
+            arms = [self._patch.whole(arm if arm < n else n - 1 - arm) for arm in (i, j)]
+            found += [b for a, b in (arms, arms[::-1]) if a in who]
+        return tuple(sorted(set(found)))

@@ -1,0 +1,5 @@
+"""EllipticNavigationFunction."""
+
+from fiberplan.planners.elliptic_navigation.planner import EllipticNavigationFunction
+
+__all__ = ["EllipticNavigationFunction"]

@@ -1,0 +1,115 @@
+"""Greedy reverse path to a common folded state (Sayres2021): from field A to folded to field B.
+
+The way from the start to folded is searched as it is; the way from folded to the goal is searched backwards, from the
+goal, and reversed. Folding is easy because all arms turn the same way; the forward search "utterly fails".
+"""
+
+from dataclasses import asdict, dataclass
+from time import process_time
+from typing import Literal
+
+import numpy as np
+
+from fiberplan.errors import ProblemError
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.plan import Plan
+from fiberplan.planners.greedy_fold.fold import RELIEFS, fold
+from fiberplan.planners.greedy_fold.joint_relief import Fold
+from fiberplan.planners.greedy_fold.losses import Losses
+from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.straighten import straighten
+from fiberplan.problem import Problem
+
+
+@dataclass(frozen=True)
+class GreedyFold:
+    """Sayres2021's greedy fold, made safe: moves are tested over the whole step and against simultaneous moves.
+
+    Raises:
+        ProblemError: a step or travel that is not a positive angle, or an unknown relief.
+    """
+
+    step: float = np.radians(0.1)  #: turn of the fastest joint per loop [rad]
+    max_travel: float = np.radians(700.0)  #: turn after which a walk is given up [rad]
+    skip_noops: bool = True  #: pass over moves that a joint limit turns into nothing; as printed, they are taken
+    relief: Literal["joint", "reverse", "replace", "none"] = "joint"
+    """What to do in a deadlock: search a joint way out for the few that are stuck (ours); reverse the ranking of one
+    for a while (proposed in the paper); give one another target and begin again (used there); nothing."""
+    seed: int = 0  #: of the random choices of relief
+
+    name = "greedy-fold"
+    reference = "Sayres2021, section 3"
+
+    def __post_init__(self) -> None:
+        for label in ("step", "max_travel"):
+            value = getattr(self, label)
+            if not (np.isfinite(value) and value > 0):
+                raise ProblemError(f"greedy-fold: {label} must be a positive angle, got {np.degrees(value):g} deg")
+        if self.step > np.pi or self.max_travel < self.step:
+            raise ProblemError(
+                f"greedy-fold: step {np.degrees(self.step):g} deg must be at most 180 deg and at most max_travel "
+                f"{np.degrees(self.max_travel):g} deg"
+            )
+        if self.relief not in RELIEFS:
+            raise ProblemError(f"greedy-fold: relief must be one of {', '.join(RELIEFS)}, got '{self.relief}'")
+
+    def plan(self, problem: Problem) -> Plan:
+        """Fold from the start, unfold to the goal; what gets stuck is given up, and the rest is planned around it."""
+        refuse_bars(self.name, problem.plane)
+        begun = process_time()
+        rng = np.random.default_rng(self.seed)
+        near = Neighbourhood.of(problem.plane, problem.margin)
+        losses = Losses(problem, near)
+        out, walked_out = None, losses.movable
+        while True:
+            end = losses.end()
+            if out is None or not np.array_equal(
+                walked_out, losses.movable
+            ):  # the way out changes with who is held only
+                walked_out = losses.movable.copy()
+                out = self._fold(problem, near, walked_out, problem.start, rng)
+            back = self._fold(problem, near, losses.movable, end, rng, expendable=problem.priority)
+            losses.record(back)
+            if not (len(out.stuck) or len(back.stuck)):
+                break
+            if self.relief == "replace" and len(back.stuck) and not len(out.stuck):
+                losses.replace_target(int(rng.choice(back.stuck)), back.blockers, rng)
+            else:
+                losses.give_up(out, back)
+        walked = process_time()
+        motion = straighten(problem.plane, out.trajectory.then(back.trajectory.reversed()), problem.margin, near)
+        done = process_time()
+        return Plan(
+            problem=problem,
+            trajectory=motion,
+            outcomes=losses.outcomes(),
+            planner=self.name,
+            parameters=asdict(self),
+            seed=self.seed,
+            blockers=losses.blockers(),
+            timings={"walk": walked - begun, "straighten": done - walked},
+            notes=(*problem.notes, *losses.notes()),
+        )
+
+    def _fold(
+        self,
+        problem: Problem,
+        near: Neighbourhood,
+        movable: np.ndarray,
+        angles: np.ndarray,
+        rng: np.random.Generator,
+        expendable: np.ndarray | None = None,
+    ) -> Fold:
+        return fold(
+            problem.plane,
+            angles,
+            problem.margin,
+            movable,
+            near,
+            rng,
+            step=self.step,
+            max_travel=self.max_travel,
+            skip_noops=self.skip_noops,
+            relief=self.relief,
+            expendable=expendable,
+        )

@@ -1,0 +1,244 @@
+"""Targets: where fibers are wanted, and the joint angles that put them there.
+
+A target belongs to one positioner (assignment is not done here) and is a point [mm], or commanded angles where the file
+gives them. Parity names the elbow solution: +1 is right (beta > 0), -1 left.
+"""
+
+import os
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fiberplan.arrays import read_only
+from fiberplan.errors import TargetError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.inverse_kinematics import reach, solutions
+from fiberplan.registry import io_function
+from fiberplan.tables.table_reader import nearest
+
+_SHOWN = 4  # how many unreachable targets an error message lists
+_PLACE = 0.05  # [mm] a positioner named by its place stands no farther from there (files have six digits)
+
+
+class Solution(NamedTuple):
+    """What targets ask of each positioner of a focal plane."""
+
+    goal: np.ndarray  #: (n, 2) commanded angles [rad]; NaN rows have no target that can be reached
+    alternatives: np.ndarray  #: (n, k, 2) other angles that reach the same target, NaN-padded [rad]
+    unreachable: dict[int, str]  #: positioner -> why its target is out of reach
+    priority: np.ndarray  #: (n,) 1 without a target
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """A field of targets.
+
+    Raises:
+        TargetError: no targets, a value that is not finite, a negative priority, a parity other than +1, 0 or -1, or
+            two targets for one positioner; the message names the row.
+    """
+
+    x: np.ndarray  #: (m,) [mm]; NaN where only angles are given
+    y: np.ndarray  #: (m,) [mm]
+    positioner: tuple[str, ...] | None = None  #: (m,) ids; None: not assigned
+    priority: np.ndarray = None  # type: ignore[assignment]  #: (m,) larger matters more; 1 unless given
+    fiber: tuple[str, ...] | None = None  #: (m,) names; "" is the default fiber
+    parity: np.ndarray = None  # type: ignore[assignment]  #: (m,) +1 right, -1 left, 0 (unless given) either
+    angles: np.ndarray = None  # type: ignore[assignment]  #: (m, 2) commanded, win over x, y; NaN where absent [rad]
+    base: np.ndarray | None = None  #: (m, 2) instead of ids: where the positioners stand [mm]
+    idle: np.ndarray | None = None  #: (k, 2) with `base`: where those without a target stand [mm]
+    offline: tuple[str, ...] = ()  #: ids whose position the source says is unknown
+    source: str = "targets"  #: a file, for messages
+    rows: tuple[str, ...] = ()  #: (m,) where each target stands in it
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        m = np.size(self.x)
+        defaults = {"priority": np.ones(m), "parity": np.zeros(m), "angles": np.full((m, 2), np.nan)}
+        for name in ("x", "y", "priority", "parity", "angles"):
+            value = getattr(self, name)
+            value = read_only(defaults[name] if value is None else value)
+            shape = (m, 2) if name == "angles" else (m,)
+            if value.shape != shape:
+                raise TargetError(f"{self.source}: {name} must have shape {shape}, got {value.shape}")
+            object.__setattr__(self, name, value)
+        for name in ("base", "idle"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, read_only(np.reshape(value, (-1, 2))))
+        if self.base is not None and len(self.base) != m:
+            raise TargetError(f"{self.source}: base has {len(self.base)} entries for {m} targets")
+        object.__setattr__(self, "rows", self.rows or tuple(f"row {k + 1}" for k in range(m)))
+        for name in ("positioner", "fiber", "rows"):
+            value = getattr(self, name)
+            if value is not None and len(value) != m:
+                raise TargetError(f"{self.source}: {name} has {len(value)} entries for {m} targets")
+            object.__setattr__(self, name, None if value is None else tuple(str(item) for item in value))
+        self._validate()
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def commanded(self) -> np.ndarray:
+        """(m,) whether a target is given as angles."""
+        return ~np.isnan(self.angles[:, 0])
+
+    def _fail(self, row: int | np.integer, complaint: str) -> TargetError:
+        return TargetError(f"{self.source}: {self.rows[row]}: {complaint}")
+
+    def _validate(self) -> None:
+        if not len(self) and not self.offline:
+            raise TargetError(f"{self.source}: there are no targets")
+        angles = self.angles
+        for row in np.flatnonzero(np.isinf(angles).any(axis=1) | (np.isnan(angles[:, 0]) != np.isnan(angles[:, 1]))):
+            shown = ", ".join(f"{np.degrees(a):.6g}" for a in angles[row])
+            raise self._fail(row, f"alpha, beta are {shown} deg: both must be finite, or both be left out")
+        for name in ("x", "y"):
+            value = getattr(self, name)
+            for row in np.flatnonzero(np.isinf(value) | (np.isnan(value) & ~self.commanded)):
+                raise self._fail(row, f"{name} is {value[row]}")
+        for row in np.flatnonzero(~(np.isfinite(self.priority) & (self.priority >= 0))):
+            raise self._fail(row, f"priority is {self.priority[row]:g}, expected a finite number of 0 or more")
+        for row in np.flatnonzero(~np.isin(self.parity, (-1, 0, 1))):
+            raise self._fail(row, f"parity is {self.parity[row]:g}, expected +1 (right), -1 (left) or 0 (either)")
+        seen: dict[str, int] = {}
+        for k, id_ in enumerate(self.positioner or ()):
+            if (first := seen.setdefault(id_, k)) != k:
+                raise self._fail(k, f"positioner '{id_}' already has a target in {self.rows[first]}")
+        for id_ in self.offline:
+            if id_ in seen:
+                raise self._fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> "Targets":
+        """Read targets from any table that astropy reads, a SDSS ``confSummary*.par``, or a MOONS ``targets_K.txt``.
+
+        Columns: ``x``, ``y`` [mm], or commanded ``alpha``, ``beta`` [deg]; optionally ``positioner``, ``priority``,
+        ``fiber`` and ``parity`` (+1 or right, -1 or left, 0 or any). Units in brackets are assumed where none
+        are given.
+
+        Raises:
+            TargetError: a file, column, unit or value that cannot be used; one line naming it.
+        """
+        return cls(**io_function("read_columns")(path))
+
+    def indices(self, plane: FocalPlane) -> np.ndarray:
+        """(m,) the positioner each target belongs to.
+
+        Raises:
+            TargetError: targets without positioners, or a positioner that `plane` does not have.
+        """
+        if self.positioner is None and self.base is not None:
+            return self._standing_at(plane)
+        if self.positioner is None:
+            raise TargetError(
+                f"{self.source}: no column 'positioner': say which positioner takes which target, "
+                "assignment is not done here"
+            )
+        for row, id_ in enumerate(self.positioner):
+            if id_ not in plane.index:
+                raise self._fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
+        for id_ in self.offline:
+            if id_ not in plane.index:
+                raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
+        return np.array([plane.index[id_] for id_ in self.positioner], np.int64)
+
+    def _standing_at(self, plane: FocalPlane) -> np.ndarray:
+        """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
+        assert self.base is not None
+        listed = self.base if self.idle is None else np.concatenate([self.base, self.idle])
+        away, who = cKDTree(plane.base).query(listed)
+        m, rows = len(self), np.arange(len(listed))
+        for row in np.flatnonzero(~(away <= _PLACE)):
+            x, y = listed[row]
+            what = self.rows[row] if row < m else "a row without a target"
+            raise TargetError(
+                f"{self.source}: {what}: {plane.name} has no positioner at x {x:.3f}, y {y:.3f} mm "
+                f"(the nearest is {away[row]:.3f} mm away)"
+            )
+        if len(np.unique(who)) < len(listed):
+            again = int(rows[~np.isin(rows, np.unique(who, return_index=True)[1])][0])
+            what = self.rows[again] if again < m else "a row without a target"
+            raise TargetError(f"{self.source}: {what}: positioner '{plane.ids[who[again]]}' already has a row")
+        missing = np.setdiff1d(np.arange(plane.n), who)
+        if self.idle is not None and len(missing):
+            raise TargetError(
+                f"{self.source}: {len(listed)} rows for the {plane.n} positioners of {plane.name}: "
+                f"none for positioner '{plane.ids[missing[0]]}'; is the file truncated?"
+            )
+        return np.asarray(who[:m], np.int64)
+
+    def _offsets(self, plane: FocalPlane, who: np.ndarray) -> np.ndarray:
+        """(m, 2) of each target's fiber in its beta link's frame [mm]."""
+        offset = plane.fiber[who]
+        for row, name in enumerate(self.fiber or ()):
+            if name and name not in plane.fiber_offsets:
+                known = ", ".join(plane.fiber_offsets)
+                raise self._fail(row, f"{plane.name} has no fiber '{name}'; it has {known}")
+            if name:
+                offset[row] = plane.fiber_offsets[name][who[row]]
+        return offset
+
+    def solve(self, plane: FocalPlane) -> Solution:
+        """Joint angles for every target: of several, those reached soonest from folded (ties: right elbow).
+
+        Targets given as angles are taken as they are, and have no alternatives.
+
+        Raises:
+            TargetError: targets without positioners, or a positioner or fiber that `plane` does not have.
+        """
+        who = self.indices(plane)
+        offset = self._offsets(plane, who)
+        points = np.stack([self.x, self.y], axis=1)
+        if plane.four_bar is not None and np.any(self.parity):
+            raise self._fail(int(np.argmax(self.parity != 0)), "parity is given, but four-bar arms have none")
+        found = solutions(plane, who, points, offset, self.parity)
+        found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
+        found[self.commanded] = np.nan
+        found[self.commanded, 0] = self.angles[self.commanded]
+        most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
+
+        goal = np.full((plane.n, 2), np.nan)
+        alternatives = np.full((plane.n, most - 1, 2), np.nan)
+        priority = np.ones(plane.n)
+        goal[who], alternatives[who], priority[who] = found[:, 0], found[:, 1:most], self.priority
+        lost = np.flatnonzero(np.isnan(found[:, 0, 0]))
+        unreachable = {int(who[row]): self._why_unreachable(plane, int(row), who, offset) for row in lost}
+        return Solution(read_only(goal), read_only(alternatives), unreachable, read_only(priority))
+
+    def _why_unreachable(self, plane: FocalPlane, row: int, who: np.ndarray, offset: np.ndarray) -> str:
+        i = who[row]
+        from_middle = float(np.hypot(self.x[row], self.y[row]))
+        if from_middle > plane.field_radius:
+            return (
+                f"its target in {self.rows[row]} is {from_middle:.3f} mm from the middle, "
+                f"outside the field of radius {plane.field_radius:g} mm"
+            )
+        distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
+        inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
+        text = f"its target in {self.rows[row]} is {distance:.3f} mm from its base, reach {inner:.3f} to {outer:.3f} mm"
+        if plane.four_bar is not None:
+            return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
+        if inner <= distance <= outer:
+            text += ", but no elbow solution that is allowed lies within its joint ranges"
+        return text
+
+    def configuration(self, plane: FocalPlane) -> np.ndarray:
+        """Goal angles (n, 2) [rad]; NaN rows for positioners without a target.
+
+        Raises:
+            TargetError: as `solve`, and targets that are out of reach, with distance and reach.
+        """
+        solution = self.solve(plane)
+        refuse_unreachable(plane, self.source, solution)
+        return solution.goal
+
+
+def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
+    """Raise a `TargetError` that names the targets out of reach, if there are any."""
+    texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in solution.unreachable.items()]
+    if texts:
+        more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+        raise TargetError(f"{source}: out of reach: {'; '.join(texts[:_SHOWN])}{more}")
