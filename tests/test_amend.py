@@ -10,7 +10,7 @@ from fiberplan.errors import PlanError, ProblemError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import amend
-from fiberplan.scenes.uniform import random_configuration, uniform_field
+from fiberplan.scenes.uniform import uniform_field
 from references import make_plane, varied_plane
 
 STEP = np.radians(1.0)
@@ -85,7 +85,7 @@ def opportunities(plan, count, seed=0):
     rng, plane = np.random.default_rng(seed), plan.problem.plane
     while count:
         i = int(rng.choice(np.flatnonzero(plane.online)))
-        goal = random_configuration(plane, rng, np.array([i]))[0]
+        goal = plane.kinematics.random(plane, rng, np.array([i]))[0]
         others = plan.problem.requested.copy()
         others[list(plan.problem.dropped)] = np.nan
         others[i] = goal
@@ -360,12 +360,12 @@ def test_bodies_of_ones_own_and_categories_that_are_not_near():
 
 
 def test_a_part_is_what_it_is_in_the_whole():
-    from fiberplan.planners.amending.subarray import part_of, part_of_motion, sampled, with_part
+    from fiberplan.planners.amending.subarray import part_of_motion, sampled, with_part
 
     rng = np.random.default_rng(8)
     plane = varied_plane(rng, n=6)
     who, obstacles = np.array([0, 2, 3, 5]), np.array([0, 2])
-    part = part_of(plane, who, obstacles)
+    part = plane.subset(who, obstacles)
     angles = rng.uniform(-3, 3, (6, 2))
     for a in range(4):
         for b in [*range(a + 1, 4), 4, 5]:

@@ -122,7 +122,7 @@ def verify(
     resting: list[Contact] = []
     for k in np.flatnonzero(~(low >= margin)):
         i, j = (int(arm) for arm in pairs[k])
-        contact = Contact((i, j if j < plane.n else plane.n - 1 - j), float(when[k]), float(seen[k]))
+        contact = Contact((plane.public(i), plane.public(j)), float(when[k]), float(seen[k]))
         if not (moves[i] or moves[j]):
             resting.append(contact)
         else:
@@ -153,7 +153,7 @@ def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
 
 def _zones(plane: FocalPlane, path: Motion) -> tuple[ZoneEntry, ...]:
     """Online positioners that are not shown to stay out of their zone of avoidance, by time."""
-    if plane.four_bar is None:
+    if not plane.kinematics.has_avoidance:
         return ()
     found = [
         ZoneEntry(i, float(time), float(length))

@@ -49,7 +49,7 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
         True only with proof; False if there is a way or if nothing was proven, as for joint ranges without ends.
     """
     low, high = plane.lower[i], plane.upper[i]
-    if plane.four_bar is not None or not np.all(np.isfinite([low, high])):
+    if plane.kinematics.has_avoidance or not np.all(np.isfinite([low, high])):
         return False
     pairs = plane.arm_pairs_within(margin)
     beside = np.concatenate([pairs[pairs[:, 0] == i, 1], pairs[pairs[:, 1] == i, 0]])

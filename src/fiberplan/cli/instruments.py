@@ -50,10 +50,8 @@ def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:
     yield "base to elbow", f"{_between(plane.length)} mm"
     for fiber, offset in plane.fiber_offsets.items():
         yield f"elbow to fiber '{fiber}'", f"{_between(np.linalg.norm(offset, axis=1))} mm"
-    if plane.four_bar is not None:
-        bar = plane.four_bar
-        yield "J1 to J2, J2 to J4", f"{_between(bar.spacing)} and {_between(bar.rocker)} mm"
-        yield "slider", f"{_between(bar.shortest)} to {_between(bar.longest)} mm"
+    for what, values, unit in plane.kinematics.describe():
+        yield what, f"{' to '.join(map(_between, values))} {unit}"
     if np.isfinite(plane.field_radius):
         yield "field", f"radius {plane.field_radius:g} mm"
     for k, joint in enumerate(("alpha", "beta")):

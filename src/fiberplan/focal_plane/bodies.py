@@ -5,7 +5,10 @@ category says what it is (usually its height) and `meets` what it can touch; two
 other. Closed outlines are cut into convex pieces once, here.
 """
 
+import dataclasses
+from collections.abc import Collection
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -43,6 +46,21 @@ class Body:
         if self.link not in LINKS:
             raise InstrumentError(f"body '{self.name}': link '{self.link}' is none of {', '.join(LINKS)}")
 
+    def subset(self, who: np.ndarray) -> "Body":
+        """The same body as the positioners `who` (k,) have it."""
+        own_points, own_radius = self.points.ndim == 3, np.ndim(self.radius) == 1
+        if not (own_points or own_radius):
+            return self
+        return dataclasses.replace(
+            self,
+            points=self.points[who] if own_points else self.points,
+            radius=np.asarray(self.radius)[who] if own_radius else self.radius,
+        )
+
+    def meeting(self, there: Collection[str]) -> "Body":
+        """The same body, meeting only categories that are `there`: a focal plane refuses to name others."""
+        return _meeting(self, there)
+
     def pieces(self, i: int) -> list[np.ndarray]:
         """Convex pieces of positioner `i`'s body, each (k, 2) [mm]."""
         return convex_pieces(self.points[i] if self.points.ndim == 3 else self.points, self.closed)
@@ -69,9 +87,22 @@ class Obstacle:
             raise InstrumentError(f"obstacle '{self.name}': radius {self.radius} is not a length of 0 mm or more")
         _check_meets(self.meets, self.name)
 
+    def meeting(self, there: Collection[str]) -> "Obstacle":
+        """The same obstacle, meeting only categories that are `there`: a focal plane refuses to name others."""
+        return _meeting(self, there)
+
     def pieces(self) -> list[np.ndarray]:
         """Convex pieces, each (k, 2) [mm]."""
         return convex_pieces(self.points, self.closed)
+
+
+_Shape = TypeVar("_Shape", Body, Obstacle)
+
+
+def _meeting(shape: _Shape, there: Collection[str]) -> _Shape:
+    if shape.meets is None or set(there).issuperset(shape.meets):
+        return shape
+    return dataclasses.replace(shape, meets=tuple(name for name in shape.meets if name in there))
 
 
 def _check_meets(meets: tuple[str, ...] | None, name: str) -> None:

@@ -2,7 +2,7 @@
 
 A positioner turns alpha about its base and beta about its elbow; beta is measured from the alpha link, so pi is folded.
 Angles here are commanded ones: geometry adds each positioner's zero offsets (and the rotation of its frame, which is
-part of them). Lengths in mm, angles in rad, times in s. Arms of four bars (`fiberplan.focal_plane.four_bar`) have the
+part of them). Lengths in mm, angles in rad, times in s. The kind of arm is its `kinematics`: four-bar arms have the
 same two commanded angles, which their papers call theta1 and theta2.
 """
 
@@ -19,15 +19,16 @@ from fiberplan.arrays import read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.compiled_arms import compile_arms
-from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.focal_plane.two_link import TWO_LINK, rotated
 from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.clearance import clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
 from fiberplan.registry import io_function
-from fiberplan.tolerances import ZONE
 
 TURN = 2 * np.pi
+_PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ class FocalPlane:
     name: str = "unnamed"
     pair_margin: float = 5.0  #: pairs that could come within this of each other are neighbours [mm]
     notes: tuple[str, ...] = field(default=())  #: assumptions and sources worth printing beside a plan
-    four_bar: FourBar | None = None  #: the third link, where positioners are four-bar arms; None: two links
+    kinematics: Kinematics = TWO_LINK  #: the kind of arm, with what it has beyond base, first link and fiber
     field_radius: float = np.inf  #: targets lie this close to the origin [mm]
 
     def __post_init__(self) -> None:
@@ -102,12 +103,16 @@ class FocalPlane:
         self._refuse(outside, "folded", "lies outside the joint's range")
         if not self.field_radius > 0:
             raise InstrumentError(f"{self.name}: field_radius {self.field_radius:g} mm is not a positive length")
-        if self.four_bar is None:
-            if any(body.link == "rocker" for body in self.bodies):
-                raise InstrumentError(f"{self.name}: a body rides on the rocker, but these positioners have two links")
-            return
-        if len(self.four_bar.spacing) != self.n:
-            raise InstrumentError(f"{self.name}: four-bar values of {len(self.four_bar.spacing)} arms, not {self.n}")
+        rides = [body for body in self.bodies if body.link not in self.kinematics.link_names]
+        if rides:
+            raise InstrumentError(
+                f"{self.name}: a body rides on the {rides[0].link}, but {self.kinematics.name} arms have the links "
+                f"{', '.join(self.kinematics.link_names)}"
+            )
+        try:
+            self.kinematics.check(self.n)
+        except InstrumentError as error:
+            raise InstrumentError(f"{self.name}: {error}") from None
         inside = self.in_avoidance(self.folded)
         if inside.any():
             i = int(np.argmax(inside))
@@ -145,21 +150,51 @@ class FocalPlane:
         """The same focal plane with some fields changed."""
         return dataclasses.replace(self, **changes)
 
+    def subset(self, who: np.ndarray, obstacles: np.ndarray | None = None) -> "FocalPlane":
+        """The focal plane of some of the positioners.
+
+        Args:
+            who: (k,) which, in this order.
+            obstacles: (m,) which obstacles; all unless given.
+
+        Raises:
+            InstrumentError: nobody is left.
+        """
+        who = np.asarray(who)
+        bodies = [body.subset(who) for body in self.bodies]
+        fixed = self.obstacles if obstacles is None else [self.obstacles[k] for k in obstacles]
+        there = {thing.category for thing in (*bodies, *fixed)}
+        return self.replace(
+            ids=tuple(self.ids[i] for i in who),
+            fiber_offsets={name: offset[who] for name, offset in self.fiber_offsets.items()},
+            bodies=tuple(body.meeting(there) for body in bodies),
+            obstacles=tuple(obstacle.meeting(there) for obstacle in fixed),
+            kinematics=self.kinematics.subset(who),
+            **{name: getattr(self, name)[who] for name in _PER_POSITIONER},
+        )
+
+    def public(self, arm: int) -> int:
+        """An arm as the kernels count it (obstacle k is arm n + k), as everyone else does: obstacle k is -1 - k."""
+        return int(arm) if arm < self.n else self.n - 1 - int(arm)
+
+    def arm(self, public: int) -> int:
+        """A positioner, or obstacle -1 - k, as the kernels count it: obstacle k is arm n + k."""
+        return int(public) if public >= 0 else self.n - 1 - int(public)
+
+    def label(self, public: int) -> str:
+        """A positioner, or obstacle -1 - k, as people know it; by its number if there is none such."""
+        k = -1 - public
+        if public >= 0:
+            return self.ids[public] if public < self.n else f"positioner {public}"
+        return f"obstacle {self.obstacles[k].name if k < len(self.obstacles) else k}"
+
     def links(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions of both links (n,) [rad] at commanded `angles` (n, 2) [rad]."""
-        first = angles[:, 0] + self.zero[:, 0]
-        if self.four_bar is not None:
-            first = first + self.four_bar.orientation
-            pivot, turn = self.four_bar.rockers(self.base, angles, self.zero)
-            along = pivot + self.four_bar.rocker[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-            along -= self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
-            return first, np.arctan2(along[:, 1], along[:, 0])
-        return first, first + angles[:, 1] + self.zero[:, 1]
+        return self.kinematics.links(self, angles)
 
     def elbows(self, angles: np.ndarray) -> np.ndarray:
         """Elbow positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]."""
-        first = angles[:, 0] + self.zero[:, 0] + (0.0 if self.four_bar is None else self.four_bar.orientation)
-        return self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
+        return self.kinematics.elbows(self, angles)
 
     def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
         """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
@@ -171,32 +206,15 @@ class FocalPlane:
             raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
         offset = self.fiber if fiber is None else self.fiber_offsets[fiber]
         _, second = self.links(angles)
-        c, s = np.cos(second), np.sin(second)
-        turned = np.stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1)
-        return self.elbows(angles) + turned
-
-    def sliders(self, angles: np.ndarray) -> np.ndarray:
-        """Slider lengths (n,) [mm] of four-bar arms at commanded `angles` (n, 2) [rad]; infinite for two links."""
-        if self.four_bar is None:
-            return np.full(self.n, np.inf)
-        return self.four_bar.sliders(self.length, angles, self.zero)
+        return self.elbows(angles) + rotated(offset, second)
 
     def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
-        """(n,) whether commanded `angles` (n, 2) [rad] lie in the zone of avoidance; NaN rows do not."""
-        if self.four_bar is None:
-            return np.zeros(self.n, bool)
-        slider, slack = self.sliders(angles), ZONE
-        return (slider < self.four_bar.shortest - slack) | (slider > self.four_bar.longest + slack)
+        """(n,) whether commanded `angles` (n, 2) [rad] are forbidden within the joint ranges; NaN rows are not."""
+        return self.kinematics.in_avoidance(self, angles)
 
     def avoidance(self, i: int, angles: np.ndarray) -> str:
         """What is wrong with positioner `i`, whose commanded angles (n, 2) [rad] lie in its zone of avoidance."""
-        assert self.four_bar is not None
-        theta = ", ".join(f"{np.degrees(t):.6g}" for t in angles[i])
-        low, high = self.four_bar.shortest[i], self.four_bar.longest[i]
-        return (
-            f"theta1, theta2 {theta} deg are in the zone of avoidance: "
-            f"slider {self.sliders(angles)[i]:.6g} mm is outside {low:.6g} to {high:.6g} mm"
-        )
+        return self.kinematics.avoidance(self, i, angles)
 
     @cached_property
     def arms(self) -> Arms:
@@ -206,7 +224,7 @@ class FocalPlane:
     @cached_property
     def _compiled(self) -> tuple[Arms, np.ndarray]:
         try:
-            return compile_arms(self.base, self.length, self.zero, self.bodies, self.obstacles, self.four_bar)
+            return compile_arms(self.base, self.length, self.zero, self.bodies, self.obstacles, self.kinematics)
         except InstrumentError as error:
             raise InstrumentError(f"{self.name}: {error}") from None
 

@@ -17,7 +17,9 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import ARM, Body, Obstacle
 from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.focal_plane.two_link import TWO_LINK
 from fiberplan.tables.table_reader import nearest, one_line, read_text
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -236,16 +238,16 @@ class Definition(_Part):
                 for o in self.obstacles
             ),
             name=self.name,
-            four_bar=self._four_bar(np.array([where[id_] for id_ in kept]).reshape(-1, 2)),
+            kinematics=self._kinematics(np.array([where[id_] for id_ in kept]).reshape(-1, 2)),
             field_radius=self.field_radius or np.inf,
             notes=(*([self.title] if self.title else []), *self.sources),
         )
 
-    def _four_bar(self, base: np.ndarray) -> FourBar | None:
-        """Four-bar constants of arms at `base` (n, 2) [mm]."""
+    def _kinematics(self, base: np.ndarray) -> Kinematics:
+        """The kind of arms that stand at `base` (n, 2) [mm]."""
         part = self.four_bar
         if part is None:
-            return None
+            return TWO_LINK
         lengths = (part.spacing, part.rocker, part.slider.shortest, part.slider.longest)
         inward = np.arctan2(-base[:, 1], -base[:, 0])
         spacing, rocker, shortest, longest = (np.full(len(base), x) for x in lengths)

@@ -17,12 +17,11 @@ from astropy.io import fits
 from fiberplan.errors import FiberplanError, InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
-from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.kinds import kinematics_of, stored
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.fits_tables import numbers, pick, read_tables, table_hdu, texts
 
 _JOINTS = {"folded": "rad", "lower": "rad", "upper": "rad", "max_speed": "rad/s", "zero": "rad"}
-_FOUR_BAR = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "orientation": "rad"}
 _UNITS = {"x": "mm", "y": "mm", "radius": "mm"}
 
 
@@ -59,9 +58,8 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     rows |= {"base_x": plane.base[:, 0], "base_y": plane.base[:, 1], "length": plane.length}
     units = dict.fromkeys(("base_x", "base_y", "length"), "mm")
     about["field_radius"] = np.array([plane.field_radius])
-    if plane.four_bar is not None:
-        for name, unit in _FOUR_BAR.items():
-            rows[f"four_bar_{name}"], units[f"four_bar_{name}"] = getattr(plane.four_bar, name), unit
+    for name, (values, unit) in stored(plane.kinematics).items():
+        rows[name], units[name] = values, unit
     for name, unit in _JOINTS.items():
         for k, joint in enumerate(("alpha", "beta")):
             rows[f"{name}_{joint}"], units[f"{name}_{joint}"] = getattr(plane, name)[:, k], unit
@@ -103,19 +101,12 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             name=texts(about, "name")[0],
             pair_margin=float(numbers(about, "pair_margin")[0]),
             notes=tuple(json.loads(texts(about, "notes")[0])),
-            four_bar=_four_bar(rows),
+            kinematics=kinematics_of({name: numbers(rows, name) for name in rows.columns.names if "four_bar" in name}),
             field_radius=_field_radius(about),
             **joints,
         )
     except (KeyError, IndexError, ValueError, TypeError) as error:
         raise InstrumentError(f"the tables of the focal plane cannot be used ({str(error).splitlines()[0]})") from None
-
-
-def _four_bar(rows: Any) -> FourBar | None:
-    """Four-bar constants, where the table has them."""
-    if f"four_bar_{next(iter(_FOUR_BAR))}" not in rows.columns.names:
-        return None
-    return FourBar(**{name: numbers(rows, f"four_bar_{name}") for name in _FOUR_BAR})
 
 
 def _field_radius(about: Any) -> float:

@@ -87,7 +87,7 @@ def losses(plan: Plan) -> tuple[Loss, ...]:
     def loss(i: int) -> Loss:
         dropped = problem.dropped.get(i)
         blockers = tuple(plan.blockers.get(i, ()) or (dropped.blockers if dropped else ()))
-        names = tuple(_name(plan, b) for b in blockers)
+        names = tuple(plane.label(b) for b in blockers)
         assert problem.priority is not None  # set on construction
         priority = float(problem.priority[i])
         return Loss(i, plane.ids[i], plan.outcomes[i], cause(plan, i), priority, blockers, names, float(away[i]))
@@ -122,14 +122,6 @@ def reversals(trajectory: Trajectory) -> np.ndarray:
         back = (who[1:] == who[:-1]) & (sign[1:] != sign[:-1])
         out[:, joint] = np.bincount(who[1:][back], minlength=trajectory.n)
     return out
-
-
-def _name(plan: Plan, arm: int) -> str:
-    """A positioner, or obstacle -1 - k, as people know it; by its number if there is none such."""
-    plane, k = plan.problem.plane, -1 - arm
-    if arm >= 0:
-        return plane.ids[arm] if arm < plane.n else f"positioner {arm}"
-    return f"obstacle {plane.obstacles[k].name if k < len(plane.obstacles) else k}"
 
 
 def _distances(plan: Plan) -> np.ndarray:

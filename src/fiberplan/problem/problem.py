@@ -104,7 +104,7 @@ class Problem:
         if conflicts != "drop":
             refuse_unreachable(plane, targets.source, solution)
         goal = solution.goal
-        if plane.four_bar is not None:
+        if not plane.kinematics.has_parities:
             goal, pair = clear_goals(plane, goal, solution.alternatives, margin + 2.0 * EQUALITY)
             if pair and conflicts != "drop":
                 names = " and ".join(f"'{plane.ids[i]}'" for i in pair)
@@ -227,7 +227,7 @@ class Problem:
             self._refuse_contacts("goal", contacts)
         for i, blockers in self._least_loss(contacts).items():
             texts = [self._contact_text(*c) for c in contacts if i in c[:2]]
-            numbers = tuple(b if b < self.n else self.n - 1 - b for b in blockers)
+            numbers = tuple(self.plane.public(b) for b in blockers)
             dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), numbers)
             goal[i] = np.nan
         object.__setattr__(self, "goal", read_only(goal))

@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 from fiberplan.arrays import read_only
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.inverse_kinematics import reach, solutions
+from fiberplan.focal_plane.inverse_kinematics import solutions
+from fiberplan.focal_plane.two_link import reach
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
 
@@ -192,8 +193,9 @@ class Targets:
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
-        if plane.four_bar is not None and np.any(self.parity):
-            raise self._fail(int(np.argmax(self.parity != 0)), "parity is given, but four-bar arms have none")
+        if not plane.kinematics.has_parities and np.any(self.parity):
+            row = int(np.argmax(self.parity != 0))
+            raise self._fail(row, f"parity is given, but {plane.kinematics.name} arms have none")
         found = solutions(plane, who, points, offset, self.parity)
         found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
         found[self.commanded] = np.nan
@@ -219,7 +221,7 @@ class Targets:
         distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
         inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
         text = f"its target in {self.rows[row]} is {distance:.3f} mm from its base, reach {inner:.3f} to {outer:.3f} mm"
-        if plane.four_bar is not None:
+        if plane.kinematics.has_avoidance:
             return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
         if inner <= distance <= outer:
             text += ", but no elbow solution that is allowed lies within its joint ranges"

@@ -137,7 +137,7 @@ class EllipticNavigationFunction:
         lost = np.array([i for i, outcome in enumerate(outcomes) if outcome is Outcome.DEADLOCKED], np.int64)
         for i, arm in zip(lost.tolist(), drive.in_the_way(lost).tolist(), strict=True):
             if arm >= 0:
-                blockers[i] = (arm if arm < problem.n else problem.n - 1 - arm,)
+                blockers[i] = (problem.plane.public(arm),)
         return all_blockers(problem, blockers)
 
     def _notes(self, problem: Problem, alone: int, arrived: int, nowhere: np.ndarray) -> list[str]:

@@ -111,9 +111,8 @@ class Search:
                     best = self._cost(attempt), attempt
                 order = self._another(order, next(iter([*attempt.failed, *attempt.stuck])), tried)
             if best is not None:
-                n = self.problem.n
                 met = best[1].failed
-                self.lost |= {i: tuple(j if j < n else n - 1 - j for j in met[i]) for i in met}
+                self.lost |= {i: tuple(map(self.problem.plane.public, met[i])) for i in met}
                 return best[1]
             for i in stuck or ():
                 self._hold(i)

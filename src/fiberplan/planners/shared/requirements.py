@@ -2,6 +2,7 @@
 
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.two_link import TwoLink
 
 
 def refuse_bars(planner: str, plane: FocalPlane) -> None:
@@ -10,7 +11,8 @@ def refuse_bars(planner: str, plane: FocalPlane) -> None:
     Raises:
         ProblemError: the focal plane has them.
     """
-    if plane.four_bar is not None:
+    if not isinstance(plane.kinematics, TwoLink):
         raise ProblemError(
-            f"planner {planner} cannot plan the four-bar arms of {plane.name}: take --planner prioritized-roadmap"
+            f"planner {planner} cannot plan the {plane.kinematics.name} arms of {plane.name}: "
+            "take --planner prioritized-roadmap"
         )
