@@ -360,7 +360,7 @@ def test_bodies_of_ones_own_and_categories_that_are_not_near():
 
 
 def test_a_part_is_what_it_is_in_the_whole():
-    from fiberplan.planners.amending.subarray import part_of_motion, sampled, with_part
+    from fiberplan.planners.amending.subarray import with_part
 
     rng = np.random.default_rng(8)
     plane = varied_plane(rng, n=6)
@@ -379,10 +379,10 @@ def test_a_part_is_what_it_is_in_the_whole():
     counts = rng.integers(1, 5, 6)
     times = np.concatenate([np.cumsum(rng.uniform(0.1, 1, c)) for c in counts])
     motion = fp.Trajectory(np.concatenate([[0], np.cumsum(counts)]), times, rng.normal(size=(len(times), 2)))
-    piece = part_of_motion(motion, who)
+    piece = motion.select(who)
     for t in (0.0, 0.7, 9.0):
         np.testing.assert_array_equal(piece.at(t), motion.at(t)[who])
-        np.testing.assert_allclose(sampled(motion, np.array([t]))[:, 0], motion.at(t), atol=1e-12)
+        np.testing.assert_allclose(motion.sampled(np.array([t]))[:, 0], motion.at(t), atol=1e-12)
     back = with_part(motion, who, piece)
     for field in ("offsets", "times", "angles"):
         np.testing.assert_array_equal(getattr(back, field), getattr(motion, field))

@@ -40,9 +40,13 @@ def test_unknown_instrument(name, message):
 
 
 def test_folders_and_files_that_are_no_instrument(tmp_path):
-    assert "has no wokCoords.csv" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path))
+    wanted = complaint(InstrumentError, lambda: FocalPlane.load(tmp_path))
+    assert "the folder is no instrument" in wanted
+    assert "a folder of SDSS-V calibrations (with wokCoords.csv)" in wanted
     (tmp_path / "array.txt").write_text("")
-    assert "neither a .toml, a .fits nor" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.txt"))
+    assert "the file is no instrument, which is one of: a positioners.cfg of MOONS" in complaint(
+        InstrumentError, lambda: FocalPlane.load(tmp_path / "array.txt")
+    )
     (tmp_path / "array.toml").write_bytes(b"\xff\xfe\x00")
     assert "not a text file" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.toml"))
 

@@ -169,8 +169,7 @@ def _by_time(contacts: list[Contact]) -> tuple[Contact, ...]:
 
 def _violations(plane: FocalPlane, trajectory: Trajectory) -> Iterable[str]:
     """Knots out of range, segments too fast, offline positioners that move; the worst of each kind per positioner."""
-    owner = np.repeat(np.arange(plane.n), np.diff(trajectory.offsets))
-    angles, times = trajectory.angles, trajectory.times
+    owner, angles, times = trajectory.owner, trajectory.angles, trajectory.times
     online = plane.online[owner]
 
     beyond = np.maximum(plane.lower[owner] - angles, angles - plane.upper[owner])

@@ -28,7 +28,7 @@ def instruments(
         table = Table("name", "positioners", "what it is")
         for known in names():
             plane = FocalPlane.load(known)
-            table.add_row(known, str(plane.n), plane.notes[0])
+            table.add_row(known, str(plane.n), next(iter(plane.notes), ""))
         say(table)
         return
     plane = FocalPlane.load(name)

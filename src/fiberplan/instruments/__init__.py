@@ -1,17 +1,42 @@
-"""Named instruments, and one module for each real instrument: its focal plane and its files of targets."""
+"""Named instruments, and one module for each real instrument: its focal plane and its files of targets.
+
+`names` and `named` know the built-in instruments (``builtin/*.toml``) and those of other packages. Readers of files
+register in `fiberplan.instruments.formats`; importing this package registers ours.
+"""
 
 from pathlib import Path
 
-__all__ = ["builtin", "names"]
+from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.instruments import moons, moons_targets, sdss, sdss_targets  # noqa: F401 - they register themselves
+from fiberplan.instruments.definition import read_definition
+from fiberplan.instruments.formats import INSTRUMENTS
+from fiberplan.tables.formats import FileFormat
+from fiberplan.tables.table_reader import nearest
+
+__all__ = ["named", "names"]
 
 _BUILTIN = Path(__file__).parent / "builtin"
 
 
 def names() -> tuple[str, ...]:
-    """Names of the built-in instruments, in alphabetical order."""
-    return tuple(sorted(path.stem for path in _BUILTIN.glob("*.toml")))
+    """Names of instruments: ours in alphabetical order, then those of other packages."""
+    ours = sorted(path.stem for path in _BUILTIN.glob("*.toml"))
+    others = [name for name in INSTRUMENTS if not isinstance(INSTRUMENTS[name], FileFormat) and name not in ours]
+    return (*ours, *others)
 
 
-def builtin(name: str) -> Path:
-    """The file that defines a built-in instrument."""
-    return _BUILTIN / f"{name}.toml"
+def named(name: str) -> FocalPlane:
+    """A named instrument.
+
+    Raises:
+        InstrumentError: there is none of this name.
+    """
+    path = _BUILTIN / f"{name}.toml"
+    if name in names() and path.is_file():
+        return read_definition(path)
+    make = INSTRUMENTS.get(name)
+    if make is None or isinstance(make, FileFormat):
+        known = ", ".join(names())
+        raise InstrumentError(f"no instrument '{name}'{nearest(name, names())} (built in: {known})")
+    return make()

@@ -20,6 +20,7 @@ from fiberplan.focal_plane.four_bar import FourBar
 from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.focal_plane.layouts import hexagonal_grid
 from fiberplan.focal_plane.two_link import TWO_LINK
+from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.table_reader import nearest, one_line, read_text
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -258,6 +259,7 @@ def _meets(names: list[str]) -> tuple[str, ...] | None:
     return None if "*" in names else tuple(names)
 
 
+@focal_plane_format("toml", "a .toml file written by hand", lambda path: path.suffix.lower() == ".toml")
 def read_definition(path: str | os.PathLike) -> FocalPlane:
     """The focal plane that a TOML file describes.
 

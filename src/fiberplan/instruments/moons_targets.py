@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
+from fiberplan.instruments.formats import target_format
 from fiberplan.tables.table_reader import InputTable, read_text
 
 COLUMNS = ("base r", "base theta", "target r", "target theta", "right", "left", "priority")
@@ -32,6 +33,7 @@ def _is_number(word: str) -> bool:
     return True
 
 
+@target_format("moons", "a targets_K.txt of MOONS: rows of seven numbers", is_moons)
 def read_moons_targets(path: Path) -> dict[str, Any]:
     """The fields of `fiberplan.problem.Targets`.
 

@@ -14,6 +14,7 @@ import numpy as np
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.table_reader import InputTable, nearest, read_table
 
 HOLE_MAP = "wokCoords.csv"
@@ -21,6 +22,9 @@ _CONSTANTS = Path(__file__).parent / "calibration_constants.toml"
 _FIBERS = {"metrology": "met", "apogee": "ap", "boss": "boss"}  # name -> prefix of its columns
 
 
+@focal_plane_format(
+    "sdss", f"a folder of SDSS-V calibrations (with {HOLE_MAP})", lambda path: (path / HOLE_MAP).is_file()
+)
 def read_calibration(folder: str | os.PathLike) -> FocalPlane:
     """The calibrated focal plane; positioner ids are hole ids, row by row of the grid.
 

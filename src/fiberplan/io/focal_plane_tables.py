@@ -18,6 +18,7 @@ from fiberplan.errors import FiberplanError, InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.kinds import kinematics_of, stored
+from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.fits_tables import numbers, pick, read_tables, table_hdu, texts
 
@@ -36,6 +37,9 @@ def write_focal_plane(plane: FocalPlane, path: str | os.PathLike) -> None:
     write_whole(path, buffer.getvalue(), InstrumentError)
 
 
+@focal_plane_format(
+    "fits", "a .fits file of a focal plane or a plan", lambda path: path.name.lower().endswith((".fits", ".fits.gz"))
+)
 def read_focal_plane(path: str | os.PathLike) -> FocalPlane:
     """Read a focal plane from its own file, or from a plan.
 

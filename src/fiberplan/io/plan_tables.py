@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from astropy.io import fits
 
-from fiberplan.arrays import read_only
 from fiberplan.certificates import Certificate, Contact, ZoneEntry
 from fiberplan.errors import PlanError
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
@@ -56,19 +55,18 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
     dropped = {
         int(i): Dropped(cause[i], tuple(json.loads(why[i]))) for i in np.flatnonzero(numbers(table, "dropped", bool))
     }
-    problem = Problem(
+    problem = Problem.as_settled(
         plane,
         start=angles("start"),
         goal=angles("goal"),
+        requested=angles("requested"),
+        conflicts=said["problem"]["conflicts"],
         margin=said["problem"]["margin"],
         priority=numbers(table, "priority"),
         alternatives=alternatives,
         dropped=dropped,
         notes=tuple(said["problem"]["notes"]),
     )
-    # the goals in the file are already settled; what they were settled from is only told, not settled again
-    object.__setattr__(problem, "conflicts", said["problem"]["conflicts"])
-    object.__setattr__(problem, "requested", read_only(angles("requested")))
     owner = numbers(knots, "positioner", int)
     trajectory = Trajectory(
         np.searchsorted(owner, np.arange(plane.n + 1)),
@@ -154,8 +152,7 @@ def _tuples(value: Any) -> Any:
 
 
 def _knots(trajectory: Trajectory) -> fits.BinTableHDU:
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
-    columns = {"positioner": owner, "time": trajectory.times}
+    columns = {"positioner": trajectory.owner, "time": trajectory.times}
     columns |= {"alpha": trajectory.angles[:, 0], "beta": trajectory.angles[:, 1]}
     return table_hdu("KNOTS", columns, {"time": "s", "alpha": "rad", "beta": "rad"})
 

@@ -1,4 +1,4 @@
-"""Readers of targets: any table, SDSS-V's record of a configuration (``confSummary``), or a field of MOONS.
+"""Readers of targets: any table, and every format that is registered (`fiberplan.instruments.formats`).
 
 A table has ``x`` and ``y`` [mm] or commanded ``alpha`` and ``beta`` [deg] or both (angles win), and optionally
 ``positioner``, ``priority``, ``fiber`` and ``parity``. Units in brackets are assumed where a column gives none.
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
-from fiberplan.instruments.moons_targets import is_moons, read_moons_targets
-from fiberplan.instruments.sdss_targets import read_conf_summary
+from fiberplan.instruments.formats import TARGET_FILES
+from fiberplan.tables.formats import format_of
 from fiberplan.tables.table_reader import InputTable, read_table
 
 _PARITIES = {"right": 1.0, "left": -1.0, "any": 0.0, "": 0.0}
@@ -25,9 +25,8 @@ def read_columns(path: str | os.PathLike) -> dict[str, Any]:
         TargetError: a file, column, unit or value that cannot be used; one line that names it.
     """
     path = Path(path)
-    if path.suffix.lower() == ".par":
-        return read_conf_summary(path)
-    return read_moons_targets(path) if is_moons(path) else _table(path)
+    known = format_of(TARGET_FILES, path)
+    return _table(path) if known is None else known.read(path)
 
 
 def _table(path: Path) -> dict[str, Any]:

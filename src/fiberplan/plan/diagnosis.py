@@ -113,7 +113,7 @@ def reversals(trajectory: Trajectory) -> np.ndarray:
     A joint that goes on in the direction in which it stopped has not turned back.
     """
     turns = np.diff(trajectory.angles, axis=0)
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    owner = trajectory.owner
     within = owner[1:] == owner[:-1]
     out = np.zeros((trajectory.n, 2), np.int64)
     for joint in (0, 1):
@@ -133,7 +133,7 @@ def _distances(plan: Plan) -> np.ndarray:
 def _stops(trajectory: Trajectory) -> np.ndarray:
     """(n,) when each positioner stops for good [s]; NaN: it never moves."""
     turns = np.abs(np.diff(trajectory.angles, axis=0)).max(axis=1) > _STILL
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    owner = trajectory.owner
     turns &= owner[1:] == owner[:-1]
     stops = np.full(trajectory.n, np.nan)
     stops[owner[1:][turns]] = trajectory.times[1:][turns]  # the last one written is the latest

@@ -4,9 +4,10 @@ Validated when made, so that planners need not: joint ranges, contacts at the st
 row means "anywhere safe". A goal that cannot be kept is refused, or with ``conflicts="drop"`` given up with its cause.
 """
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -54,13 +55,51 @@ class Problem:
     requested: np.ndarray = field(init=False)  #: (n, 2) the goals before any were dropped
 
     def __post_init__(self) -> None:
+        self._check_values()
+        object.__setattr__(self, "requested", self.goal)
+        self._check_start()
+        self._settle_goals()
+
+    @classmethod
+    def as_settled(cls, plane: FocalPlane, *, requested: np.ndarray, **fields: Any) -> "Problem":
+        """A problem whose goals have been settled before: nothing is refused for touching, nothing is dropped.
+
+        Args:
+            plane: the array.
+            requested: (n, 2) the goals before any were dropped [rad].
+            **fields: all others, `goal` and `dropped` as they were settled.
+
+        Raises:
+            ProblemError: values that make no sense, or a goal that is kept and was not requested, or of a positioner
+                that is offline or whose goal was dropped.
+        """
+        problem = object.__new__(cls)
+        for each in dataclasses.fields(cls):
+            if each.init:
+                default = each.default_factory() if callable(each.default_factory) else each.default
+                object.__setattr__(problem, each.name, fields.pop(each.name, default))
+        if fields:
+            raise TypeError(f"Problem has no field '{next(iter(fields))}'")
+        object.__setattr__(problem, "plane", plane)
+        problem._check_values()
+        requested = read_only(requested)
+        object.__setattr__(problem, "requested", requested)
+        kept = problem.has_goal
+        wrong = kept & (~plane.online | (requested != problem.goal).any(axis=1))
+        wrong[list(problem.dropped)] |= kept[list(problem.dropped)]
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            raise ProblemError(f"goal: {problem._name(i)} has a goal that is not the one it was asked for", (i,))
+        return problem
+
+    def _check_values(self) -> None:
+        """Arrays through the door, and values that can be meant."""
         n = self.plane.n
         for name in ("start", "goal"):
             array = read_only(getattr(self, name))
             if array.shape != (n, 2):
                 raise ProblemError(f"{name} must have shape ({n}, 2), got {array.shape}")
             object.__setattr__(self, name, array)
-        object.__setattr__(self, "requested", self.goal)
         object.__setattr__(self, "dropped", dict(self.dropped))
         priority = read_only(np.ones(n) if self.priority is None else self.priority)
         if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
@@ -70,8 +109,6 @@ class Problem:
             raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         if self.conflicts not in ("raise", "drop"):
             raise ProblemError(f"conflicts must be 'raise' or 'drop', got '{self.conflicts}'")
-        self._check_start()
-        self._settle_goals()
 
     @classmethod
     def from_targets(

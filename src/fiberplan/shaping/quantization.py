@@ -135,7 +135,7 @@ def _turns(trajectory: Trajectory) -> np.ndarray:
 
 def _stretch(trajectory: Trajectory, top: np.ndarray) -> float:
     """How many times as long the motion must take so that no joint exceeds its `top` speed (n, 2) [rad/s]."""
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    owner = trajectory.owner
     inside = owner[1:] == owner[:-1]
     spans = np.diff(trajectory.times)[inside]
     speeds = np.abs(np.diff(trajectory.angles, axis=0)[inside]) / spans[:, None]
@@ -212,6 +212,4 @@ def _trajectory(start: np.ndarray, levels: np.ndarray, unit: np.ndarray, tick: f
     owner = np.concatenate([np.arange(n), who])
     times = np.concatenate([np.zeros(n), (at + 1) * tick])
     angles = np.concatenate([start, start[who] + places[at, who] * unit[who]])
-    order = np.argsort(owner, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=n))])
-    return Trajectory(offsets, times[order], angles[order])
+    return Trajectory.from_knots(owner, times, angles, n)

@@ -37,30 +37,9 @@ def patch_around(plane: FocalPlane, inner: np.ndarray, gap: float) -> Patch:
     return Patch(plane.subset(who, obstacles), who, obstacles)
 
 
-def part_of_motion(motion: Trajectory, who: np.ndarray) -> Trajectory:
-    """The motion of the positioners `who` (k,) alone."""
-    counts = np.diff(motion.offsets)[who]
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    rows = np.arange(offsets[-1]) + np.repeat(motion.offsets[who] - offsets[:-1], counts)
-    return Trajectory(offsets, motion.times[rows], motion.angles[rows])
-
-
 def with_part(motion: Trajectory, who: np.ndarray, part: Trajectory) -> Trajectory:
     """`motion` in which the positioners `who` (k,) move as in `part`; the knots of all others are as they were."""
-    owner = np.repeat(np.arange(motion.n), np.diff(motion.offsets))
-    kept = ~np.isin(owner, who)
-    owner = np.concatenate([owner[kept], np.repeat(who, np.diff(part.offsets))])
-    order = np.argsort(owner, kind="stable")
+    kept = ~np.isin(motion.owner, who)
+    owner = np.concatenate([motion.owner[kept], who[part.owner]])
     times, angles = np.concatenate([motion.times[kept], part.times]), np.concatenate([motion.angles[kept], part.angles])
-    offsets = np.searchsorted(owner[order], np.arange(motion.n + 1))
-    return Trajectory(offsets, times[order], angles[order])
-
-
-def sampled(motion: Trajectory, times: np.ndarray) -> np.ndarray:
-    """Where everybody is (n, len(times), 2) [rad] at `times` [s]."""
-    out = np.empty((motion.n, len(times), 2))
-    for i in range(motion.n):
-        own = slice(motion.offsets[i], motion.offsets[i + 1])
-        for joint in (0, 1):
-            out[i, :, joint] = np.interp(times, motion.times[own], motion.angles[own, joint])
-    return out
+    return Trajectory.from_knots(owner, times, angles, motion.n)

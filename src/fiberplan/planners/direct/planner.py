@@ -20,6 +20,7 @@ from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.goal_configurations import faster_goals
 from fiberplan.planners.shared.requirements import refuse_bars
 from fiberplan.planners.shared.straighten import straighten
@@ -30,6 +31,7 @@ _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
 
 
+@PLANNERS.register("direct")
 @dataclass(frozen=True)
 class Direct:
     """Field to field by local search with soft conflicts, joint moves of pairs, and the fold hub as fallback (ours).

@@ -17,6 +17,7 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.elliptic_navigation.field import Field
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.goal_configurations import faster_goals
 from fiberplan.planners.shared.requirements import refuse_bars
 from fiberplan.planners.shared.resting import place_the_rest
@@ -26,6 +27,7 @@ from fiberplan.tolerances import EQUALITY
 RELIEFS = ("layers", "none")
 
 
+@PLANNERS.register("elliptic-navigation-function")
 @dataclass(frozen=True)
 class EllipticNavigationFunction:
     """Makarem2016's field, made safe between steps, and Tao2018's idea of relief.

@@ -13,7 +13,7 @@ from fiberplan.kernels.clearance import clearance
 from fiberplan.plan import Outcome
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.greedy_fold.joint_relief import Fold
-from fiberplan.planners.shared.clusters import clusters, neighbours
+from fiberplan.planners.shared.clusters import clusters
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
 from fiberplan.tolerances import EQUALITY
@@ -58,7 +58,7 @@ class Losses:
         others = np.flatnonzero(self.movable & ~np.isnan(known[:, 0]))
         goals = plane.with_obstacles(known)
         for i in map(int, others):
-            on = [int(j) for j in np.intersect1d(neighbours(self._near, i), held)]
+            on = [int(j) for j in np.intersect1d(self._near.around(i), held)]
             touched = [j for j in on if not self._clear_of(i, j, goals)]
             if touched:
                 self._dropped.setdefault(i, tuple(touched))

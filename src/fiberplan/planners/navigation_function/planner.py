@@ -17,6 +17,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.navigation_function.run import Descent, Settings
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.repulsion import theorem1_bound
 from fiberplan.planners.shared.requirements import refuse_bars
 from fiberplan.problem import Problem
@@ -25,6 +26,7 @@ from fiberplan.tolerances import ARRIVAL
 MODES = ("repaired", "literal")
 
 
+@PLANNERS.register("navigation-function")
 @dataclass(frozen=True)
 class NavigationFunction:
     """Makarem2014's navigation function, made safe between steps.

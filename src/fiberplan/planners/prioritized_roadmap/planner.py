@@ -10,9 +10,11 @@ from fiberplan.plan import Plan
 from fiberplan.plan.outcomes import all_blockers
 from fiberplan.planners.prioritized_roadmap.prioritized import Pass
 from fiberplan.planners.prioritized_roadmap.run import Search, Settings
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.problem import Problem
 
 
+@PLANNERS.register("prioritized-roadmap")
 @dataclass(frozen=True)
 class PrioritizedRoadmap:
     """Prioritized planning over roadmaps in joint space, with a limit on start-stops.

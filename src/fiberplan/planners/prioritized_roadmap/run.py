@@ -170,10 +170,11 @@ class Search:
             done.motions[i].knots(self.settings.dt) if i in done.motions else (np.zeros(1), problem.start[[i]])
             for i in range(problem.n)
         ]
-        return Trajectory(
-            np.concatenate([[0], np.cumsum([len(times) for times, _ in knots])]),
+        return Trajectory.from_knots(
+            np.repeat(np.arange(problem.n), [len(times) for times, _ in knots]),
             np.concatenate([times for times, _ in knots]),
             np.concatenate([angles for _, angles in knots]),
+            problem.n,
         )
 
     def outcome(self, i: int) -> Outcome:

@@ -1,0 +1,49 @@
+"""Where readers of instruments' own files register, ours beside their definition and others by entry points.
+
+A package of one's own names a `fiberplan.tables.formats.FileFormat` in its entry points: of a focal plane in the group
+``fiberplan.instruments``, of a field of targets (whose `read` gives the fields of `Targets`) in
+``fiberplan.targets``. A function without arguments in ``fiberplan.instruments`` is a named instrument.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.registry import Registry
+from fiberplan.tables.formats import FileFormat
+
+INSTRUMENTS: Registry[FileFormat[FocalPlane] | Callable[[], FocalPlane]] = Registry(
+    "instrument", "fiberplan.instruments"
+)
+TARGET_FILES: Registry[FileFormat[dict[str, Any]]] = Registry("format of targets", "fiberplan.targets")
+
+
+def focal_plane_format(
+    name: str, about: str, accepts: Callable[[Path], bool]
+) -> Callable[[Callable[[Path], FocalPlane]], Callable[[Path], FocalPlane]]:
+    """A decorator that registers a reader of focal planes."""
+
+    def registered(read: Callable[[Path], FocalPlane]) -> Callable[[Path], FocalPlane]:
+        INSTRUMENTS.register(name)(FileFormat(about, accepts, read))
+        return read
+
+    return registered
+
+
+def target_format(
+    name: str, about: str, accepts: Callable[[Path], bool]
+) -> Callable[[Callable[[Path], dict[str, Any]]], Callable[[Path], dict[str, Any]]]:
+    """A decorator that registers a reader of targets."""
+
+    def registered(read: Callable[[Path], dict[str, Any]]) -> Callable[[Path], dict[str, Any]]:
+        TARGET_FILES.register(name)(FileFormat(about, accepts, read))
+        return read
+
+    return registered
+
+
+def focal_plane_formats() -> dict[str, FileFormat[FocalPlane]]:
+    """Readers of focal planes by name."""
+    found = {name: INSTRUMENTS[name] for name in INSTRUMENTS}
+    return {name: thing for name, thing in found.items() if isinstance(thing, FileFormat)}
