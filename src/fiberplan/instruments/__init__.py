@@ -1,4 +1,10 @@
-"""Named instruments, and one module for each real instrument: its focal plane and its files of targets."""
+"""Named instruments, and one module for each real instrument: its focal plane and its target files.
+
+- ``builtin/*.toml``: the instruments that are built in, a source beside every number
+- `definition`: a focal plane from such a file
+- `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
+- `moons`, `moons_targets`: configuration files of the MOONS prototype, and its fields
+"""
 
 from pathlib import Path
 
