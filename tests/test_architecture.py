@@ -23,6 +23,8 @@ PAGE = (ROOT / "docs" / "architecture.md").read_text()
 ROOMS = runpy.run_path(str(ROOT / "docs" / "rooms.py"))
 PACKAGES = sorted(path.parent for path in SOURCE.rglob("__init__.py") if path.parent != SOURCE)
 PLANNERS = [path for path in PACKAGES if path.parent.name == "planners" and path.name != "shared"]
+PROSE = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("design/*.md")])
+GROUPS = {"fiberplan.instruments", "fiberplan.planners", "fiberplan.controllers"}  # entry points are no modules
 PAGES = [path for path in PACKAGES if path.name not in ("cli", "planners") and path.parent.name != "reproductions"]
 
 
@@ -62,9 +64,14 @@ def test_rules_of_a_room_are_contracts():
             assert set(re.findall(r"`(\w+)`", rule)) == {name.split(".")[1] for name in contract["forbidden_modules"]}
 
 
-@pytest.mark.parametrize("path", sorted(set(re.findall(r"`((?:src|docs|tests|benchmarks|planners)/[\w./]+)`", PAGE))))
-def test_what_the_page_points_to_exists(path):
-    assert (ROOT / path).exists() or (SOURCE / path).exists()
+@pytest.mark.parametrize("page", PROSE, ids=lambda path: path.name)
+def test_files_and_names_that_prose_points_to_exist(page):
+    text = page.read_text()
+    linked = {link for link in re.findall(r"\]\(((?!http|#)[^)]+)\)", text) if not (page.parent / link).exists()}
+    paths = set(re.findall(r"`((?:\w[\w-]*/)+[\w-]+\.(?:py|md|toml|yml))[`:]", text))
+    missing = {path for path in paths if not ((ROOT / path).exists() or (SOURCE / path).exists())}
+    dotted = {name for name in re.findall(r"`(fiberplan(?:\.\w+)+)`", text) if not exists("fiberplan", name)}
+    assert sorted(linked | missing | dotted - GROUPS) == []
 
 
 def test_no_import_circle(graph):
