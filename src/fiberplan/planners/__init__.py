@@ -20,7 +20,7 @@ other by the margin. `problem.start` is (n, 2) [rad]; a NaN row of `problem.goal
 2. A positioner that cannot arrive is an outcome, never an error. An error is for what the method does not know at all,
    such as a kind of arm, and is raised before any work is done.
 3. The same problem, settings and seed give the same plan, whatever the number of threads; every random choice comes
-   from `seed`, and budgets count work, not seconds.
+   from `seed`, and budgets count work, not seconds. A plan cut short by a clock or by Ctrl-C is marked `interrupted`.
 4. One `Outcome` for every positioner, the first that fits: OFFLINE, DROPPED and NO_TARGET are settled by the problem
    (`plan.outcomes.settled_outcome`); ARRIVED if its fiber ends within `ARRIVAL` of its goal; INFEASIBLE only with a
    proof; DEADLOCKED otherwise, with `blockers` naming those in its path where they are known.

@@ -24,8 +24,8 @@ Algorithm                                                             here
         [ w_q for every neighbour in contact at k (pair q),             (a, b, k); nodes in contact by
           a little for extension, a little for turning ]                `blocked_nodes.cast_shadow`
 10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._look_around`
-11    if that made no headway for long: clusters of 3 or 4 around     `untangle.cluster_around`, `untangle.untangled`:
-        pairs of C on joint paths; K += 1, 2, 3, ...                    RRT-Connect, cut into whole steps
+11    if that takes more than some 400 replans: clusters of 3 or 4    `untangle.cluster_around`, `untangle.untangled`:
+        around pairs of C on joint paths; K += 1, 2, 3, ...             RRT-Connect, cut into whole steps
 12    if work or K is used up: clusters of 4 once; then the goals     `search.DirectSearch._settle`,
         of least total priority that have a part in all of C are        `problem.least_cover`
         given up, and the search goes on
