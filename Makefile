@@ -22,6 +22,7 @@ check: $(VENV)/.test $(VENV)/.kernels
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/repo-review . --show err
 
 bench: $(VENV)/.installed $(VENV)/.kernels ## the figures of the README
 	$(BIN)/python benchmarks/bench.py

@@ -1,7 +1,12 @@
-"""Named instruments, and one module for each real instrument: its focal plane and its files of targets.
+"""Named instruments, and one module for each real instrument: its focal plane and its target files.
 
-`names` and `named` know the built-in instruments (``builtin/*.toml``) and those of other packages. Readers of files
-register in `fiberplan.instruments.formats`; importing this package registers ours.
+- ``builtin/*.toml``: the instruments that are built in, a source beside every number
+- `definition`: a focal plane from such a file
+- `formats`: where readers of files register; importing this package registers ours
+- `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
+- `moons`, `moons_targets`: configuration files of the MOONS prototype, and its fields
+
+`names` and `named` know the built-in instruments and those of other packages.
 """
 
 from pathlib import Path
