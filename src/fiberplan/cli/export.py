@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from fiberplan.cli.options import PlanArgument
-from fiberplan.cli.output import refuse_unwritable, say, working
+from fiberplan.cli.output import Output, refuse_unwritable, say, working
 
 Format = Literal["ecsv", "motions"]
 
@@ -17,7 +17,7 @@ def export(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Write it here.")],
 ) -> None:
     """Write a plan's motion in another format, times in s and angles in degrees."""
-    refuse_unwritable(output, inputs=(plan,))
+    refuse_unwritable(Output(output, (".ecsv",), "an ECSV table"), inputs=(plan,))
     with working("exporting"):
         from fiberplan.io.exports import FORMATS
         from fiberplan.plan import Plan
