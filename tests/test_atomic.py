@@ -142,7 +142,8 @@ def test_terminated_while_writing_leaves_nothing(tmp_path):
     """The command is stopped in the middle of its write, when the part file is there."""
     code = (
         "import os, time\nfrom pathlib import Path\n"
-        "from fiberplan.cli import main\nfrom fiberplan.cli.app import app\nfrom fiberplan.tables.atomic import write_whole\n"
+        "from fiberplan.cli import main\nfrom fiberplan.cli.app import app\n"
+        "from fiberplan.tables.atomic import write_whole\n"
         "def slow(*_):\n    print('writing', flush=True)\n    time.sleep(60)\n"
         "Path.replace = slow\n"
         "@app.command()\ndef write():\n    write_whole('plan.fits', b'plan')\n"

@@ -4,7 +4,6 @@ POSITIONERS has a row per positioner, BODIES and OBSTACLES a row per vertex (in 
 and FOCALPLANE one row with what is said once. Columns carry their units; lists of names are JSON.
 """
 
-import io
 import json
 import os
 from collections.abc import Mapping
@@ -18,8 +17,11 @@ from fiberplan.errors import FiberplanError, InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.io.sealed_tables import FOCAL_PLANE, MISFITS, PLAN, seal, unseal
 from fiberplan.tables.atomic import write_whole
-from fiberplan.tables.fits_tables import numbers, pick, read_tables, table_hdu, texts
+from fiberplan.tables.contents import read_whole
+from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
+from fiberplan.tables.table_reader import one_line
 
 _JOINTS = {"folded": "rad", "lower": "rad", "upper": "rad", "max_speed": "rad/s", "zero": "rad"}
 _FOUR_BAR = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "orientation": "rad"}
@@ -32,19 +34,17 @@ def write_focal_plane(plane: FocalPlane, path: str | os.PathLike) -> None:
     Raises:
         InstrumentError: the file cannot be written; what was there before is kept.
     """
-    buffer = io.BytesIO()
-    fits.HDUList([fits.PrimaryHDU(), *plane_hdus(plane)]).writeto(buffer)
-    write_whole(path, buffer.getvalue(), InstrumentError)
+    write_whole(path, seal(FOCAL_PLANE, plane_hdus(plane)), InstrumentError)
 
 
 def read_focal_plane(path: str | os.PathLike) -> FocalPlane:
-    """Read a focal plane from its own file, or from a plan.
+    """Read a focal plane from its own file, or from a plan; files of before they had a digest are read too.
 
     Raises:
-        InstrumentError: no such file, not these tables, truncated or damaged.
+        InstrumentError: no such file, not these tables, truncated, damaged or of a newer format.
     """
     path = Path(path)
-    tables = read_tables(path, InstrumentError)
+    tables = unseal(read_whole(path, InstrumentError), path, [PLAN, FOCAL_PLANE], InstrumentError, bare=True)
     try:
         return plane_from_tables(tables)
     except FiberplanError as error:
@@ -107,8 +107,8 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             field_radius=_field_radius(about),
             **joints,
         )
-    except (KeyError, IndexError, ValueError, TypeError) as error:
-        raise InstrumentError(f"the tables of the focal plane cannot be used ({str(error).splitlines()[0]})") from None
+    except MISFITS as error:
+        raise InstrumentError(f"the tables of the focal plane cannot be used ({one_line(error)})") from None
 
 
 def _four_bar(rows: Any) -> FourBar | None:

@@ -13,6 +13,7 @@ import numpy as np
 from fiberplan.errors import TargetError
 from fiberplan.instruments.moons_targets import is_moons, read_moons_targets
 from fiberplan.instruments.sdss_targets import read_conf_summary
+from fiberplan.tables.contents import read_whole
 from fiberplan.tables.table_reader import InputTable, read_table
 
 _PARITIES = {"right": 1.0, "left": -1.0, "any": 0.0, "": 0.0}
@@ -27,11 +28,12 @@ def read_columns(path: str | os.PathLike) -> dict[str, Any]:
     path = Path(path)
     if path.suffix.lower() == ".par":
         return read_conf_summary(path)
-    return read_moons_targets(path) if is_moons(path) else _table(path)
+    content = read_whole(path, TargetError)
+    return read_moons_targets(path, content) if is_moons(path, content) else _table(path, content)
 
 
-def _table(path: Path) -> dict[str, Any]:
-    table = read_table(path, TargetError)
+def _table(path: Path, content: bytes) -> dict[str, Any]:
+    table = read_table(path, TargetError, content)
     has_angles = "alpha" in table or "beta" in table
     if "x" in table or "y" in table or not has_angles:
         table.require("x", "y")

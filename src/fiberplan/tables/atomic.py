@@ -65,7 +65,7 @@ def refuse_folder(folder: Path, output: Path, error: type[FiberplanError]) -> No
 def is_special(path: str | os.PathLike) -> bool:
     """Whether a device, a pipe or an open file of ours is there, which is written to rather than replaced."""
     try:
-        mode = os.stat(path).st_mode
+        mode = Path(path).stat().st_mode
     except (OSError, ValueError):
         return False
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)) or _descriptor(path) is not None
@@ -74,7 +74,7 @@ def is_special(path: str | os.PathLike) -> bool:
 def _refuse_place(path: str | os.PathLike) -> os.stat_result | None:
     """What is at `path` now, links followed; None if there is nothing yet."""
     try:
-        before = os.stat(path)
+        before = Path(path).stat()
     except FileNotFoundError:
         return None
     except ValueError as problem:  # a zero byte in the name
