@@ -59,7 +59,7 @@ def test_truncated_instrument(tmp_path):
         path.write_bytes(content[: int(part * len(content))])
         assert "truncated or damaged" in complaint(InstrumentError, lambda: FocalPlane.load(path))
     path.write_bytes(content[: content.index(b"XTENSION", 20000) // 2880 * 2880])  # cut between two tables
-    assert "has no table" in complaint(InstrumentError, lambda: FocalPlane.load(path))
+    assert "is damaged" in complaint(InstrumentError, lambda: FocalPlane.load(path))
 
 
 def test_instrument_to_a_folder_that_is_not_there(tmp_path):

@@ -54,7 +54,7 @@ def table(plane, goal):
 
 
 def listing(folder):
-    return {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+    return {path.name: path.lstat().st_mtime_ns for path in folder.iterdir()}
 
 
 def refused(folder, capsys, *arguments):
@@ -370,6 +370,33 @@ def test_inputs_are_not_overwritten(folder, plan, capsys):
     refused(folder, capsys, "plan", "plane.fits", "field.ecsv", "-o", "plane.fits")
     refused(folder, capsys, "plan", "plane.fits", "field.ecsv", "-o", "new.fits", "--page", "new.fits")
     refused(folder, capsys, "show", "plan.fits", "-o", "./plan.fits")
+
+
+def test_outputs_end_as_what_they_are(folder, plan, capsys):
+    plan.write("plan.fits")
+    planned = ["plan", "plane.fits", "field.ecsv"]
+    assert refused(folder, capsys, "show", "plan.fits", "-o", "x.gif") == (
+        "x.gif: this command writes an HTML page, which ends in .html or .htm"
+    )
+    assert "writes a plan, which ends in .fits" in refused(folder, capsys, *planned, "-o", "plan.fits.gz")
+    assert "writes an HTML page" in refused(folder, capsys, *planned, "--page", "page.fits")
+    assert "an ECSV table" in refused(folder, capsys, "export", "plan.fits", "--to", "motions", "-o", "x.csv")
+    for command in (planned, ["show", "plan.fits"], ["export", "plan.fits", "--to", "ecsv"]):
+        assert refused(folder, capsys, *command, "-o", "-").startswith("-: stdout carries the answer in words; name")
+
+
+def test_outputs_that_no_file_can_be_made_of(folder, plan, capsys):
+    plan.write("plan.fits")
+    (folder / "a.html").symlink_to("b.html")
+    (folder / "b.html").symlink_to("a.html")
+    assert "too many levels of symbolic links" in refused(folder, capsys, "show", "plan.fits", "-o", "a.html")
+    (folder / "far.html").symlink_to("nowhere/page.html")
+    assert "nowhere" in refused(folder, capsys, "show", "plan.fits", "-o", "far.html")
+    os.link("plan.fits", "same.html")
+    assert "is an input of this command" in refused(folder, capsys, "show", "plan.fits", "-o", "same.html")
+    (folder / "null").symlink_to("/dev/null")
+    assert run(["show", "plan.fits", "-o", "null"]) == 0
+    assert (folder / "null").is_symlink()
 
 
 def test_instruments(capsys):

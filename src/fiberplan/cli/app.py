@@ -1,9 +1,11 @@
 """The commands together, and what every one of them does with an error: one line on stderr and an exit code."""
 
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Annotated
+from types import FrameType
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -22,6 +24,7 @@ from fiberplan.errors import FiberplanError
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+ENDING = (signal.SIGTERM, signal.SIGHUP)  # exit 143 and 129
 BUG = 70  # anything but 1, which means that the answer is no
 
 app = typer.Typer(
@@ -59,6 +62,9 @@ def run(arguments: Sequence[str]) -> int:
         code = app(args=list(arguments), prog_name="fiberplan", standalone_mode=False)
     except KeyboardInterrupt:
         code = INTERRUPTED
+    except Ended as ended:
+        complain("terminated")
+        return 128 + ended.number
     except FiberplanError as error:
         complain(str(error))
         return BAD_INPUT
@@ -77,6 +83,26 @@ def run(arguments: Sequence[str]) -> int:
     return code if isinstance(code, int) else 0
 
 
+class Ended(BaseException):
+    """A signal asked the command to end: whatever is half done is undone on the way out, as after Ctrl-C.
+
+    It is no interrupt, after which planners return the best that they have.
+    """
+
+    def __init__(self, number: int):
+        super().__init__(number)
+        self.number = number
+
+
+def _end(number: int, frame: FrameType | None) -> NoReturn:
+    for each in ENDING:
+        signal.signal(each, signal.SIG_IGN)  # clearing up is not disturbed
+    raise Ended(number)
+
+
 def main() -> None:
     """The ``fiberplan`` command."""
+    for each in ENDING:
+        if signal.getsignal(each) is signal.SIG_DFL:  # `nohup` has it ignored
+            signal.signal(each, _end)
     sys.exit(run(sys.argv[1:]))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fiberplan.cli.options import PlanArgument
-from fiberplan.cli.output import refuse_unwritable, say, working
+from fiberplan.cli.output import Output, refuse_unwritable, say, working
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,7 +23,7 @@ def export(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Write it here.")],
 ) -> None:
     """Write a plan's motion in another format, times in s and angles in degrees."""
-    refuse_unwritable(output, inputs=(plan,))
+    refuse_unwritable(Output(output, (".ecsv",), "an ECSV table"), inputs=(plan,))
     with working("exporting"):
         from fiberplan.plan import Plan
 

@@ -1,8 +1,8 @@
 """Where readers of instruments' own files register, ours beside their definition and others by entry points.
 
-A package of one's own names a `fiberplan.tables.formats.FileFormat` in its entry points: of a focal plane in the group
-``fiberplan.instruments``, of a field of targets (whose `read` gives the fields of `Targets`) in
-``fiberplan.targets``. A function without arguments in ``fiberplan.instruments`` is a named instrument.
+A package of one's own names a `fiberplan.tables.formats.FileFormat` of a focal plane in its entry points of the group
+``fiberplan.instruments``, a `ContentFormat` of a field of targets (whose `read` gives the fields of `Targets`) in those
+of ``fiberplan.targets``. A function without arguments in ``fiberplan.instruments`` is a named instrument.
 """
 
 from collections.abc import Callable
@@ -11,12 +11,12 @@ from typing import Any
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.registry import Registry
-from fiberplan.tables.formats import FileFormat
+from fiberplan.tables.formats import ContentFormat, FileFormat
 
 INSTRUMENTS: Registry[FileFormat[FocalPlane] | Callable[[], FocalPlane]] = Registry(
     "instrument", "fiberplan.instruments"
 )
-TARGET_FILES: Registry[FileFormat[dict[str, Any]]] = Registry("format of targets", "fiberplan.targets")
+TARGET_FILES: Registry[ContentFormat[dict[str, Any]]] = Registry("format of targets", "fiberplan.targets")
 
 
 def focal_plane_format(
@@ -31,13 +31,14 @@ def focal_plane_format(
     return registered
 
 
-def target_format(
-    name: str, about: str, accepts: Callable[[Path], bool]
-) -> Callable[[Callable[[Path], dict[str, Any]]], Callable[[Path], dict[str, Any]]]:
+_Targets = Callable[[Path, bytes], dict[str, Any]]
+
+
+def target_format(name: str, about: str, accepts: Callable[[Path, bytes], bool]) -> Callable[[_Targets], _Targets]:
     """A decorator that registers a reader of targets."""
 
-    def registered(read: Callable[[Path], dict[str, Any]]) -> Callable[[Path], dict[str, Any]]:
-        TARGET_FILES.register(name)(FileFormat(about, accepts, read))
+    def registered(read: _Targets) -> _Targets:
+        TARGET_FILES.register(name)(ContentFormat(about, accepts, read))
         return read
 
     return registered

@@ -12,7 +12,8 @@ import numpy as np
 
 from fiberplan.errors import TargetError
 from fiberplan.instruments.formats import TARGET_FILES
-from fiberplan.tables.formats import format_of
+from fiberplan.tables.contents import read_whole
+from fiberplan.tables.formats import content_format
 from fiberplan.tables.table_reader import InputTable, read_table
 
 _PARITIES = {"right": 1.0, "left": -1.0, "any": 0.0, "": 0.0}
@@ -25,12 +26,13 @@ def read_columns(path: str | os.PathLike) -> dict[str, Any]:
         TargetError: a file, column, unit or value that cannot be used; one line that names it.
     """
     path = Path(path)
-    known = format_of(TARGET_FILES, path)
-    return _table(path) if known is None else known.read(path)
+    content = read_whole(path, TargetError)
+    known = content_format(TARGET_FILES, path, content)
+    return _table(path, content) if known is None else known.read(path, content)
 
 
-def _table(path: Path) -> dict[str, Any]:
-    table = read_table(path, TargetError)
+def _table(path: Path, content: bytes) -> dict[str, Any]:
+    table = read_table(path, TargetError, content)
     has_angles = "alpha" in table or "beta" in table
     if "x" in table or "y" in table or not has_angles:
         table.require("x", "y")

@@ -21,6 +21,20 @@ class FileFormat(Generic[T]):
     read: Callable[[Path], T]
 
 
+@dataclass(frozen=True)
+class ContentFormat(Generic[T]):
+    """One kind of file that is read once, as a whole: both functions are given its path, for messages, and its bytes."""
+
+    about: str  #: what it is, for people
+    accepts: Callable[[Path, bytes], bool]
+    read: Callable[[Path, bytes], T]
+
+
+def content_format(formats: Mapping[str, ContentFormat[T]], path: Path, content: bytes) -> ContentFormat[T] | None:
+    """The first of `formats` that accepts a file."""
+    return next((formats[name] for name in formats if formats[name].accepts(path, content)), None)
+
+
 def format_of(formats: Mapping[str, FileFormat[T]], path: Path) -> FileFormat[T] | None:
     """The first of `formats` that accepts `path`."""
     return next((formats[name] for name in formats if formats[name].accepts(path)), None)
