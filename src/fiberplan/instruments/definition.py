@@ -150,9 +150,9 @@ def _base(values: PositionerValues, where: dict[str, np.ndarray]) -> np.ndarray:
     polar = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     start = np.where(np.isnan(polar), start, polar)
     base = np.stack([values.column(axis, (), "mm", start[:, k], optional=True) for k, axis in enumerate("xy")], axis=1)
-    hint = nearest(values.ids[int(np.argmax(np.isnan(base).any(axis=1)))], where)
-    names = ("positioner",)
-    values.check(np.isnan(base).any(axis=1), names, (), f"neither x and y nor distance and angle say where it is{hint}")
+    lost = np.isnan(base).any(axis=1)
+    hint = nearest(values.ids[int(np.argmax(lost))], where) if lost.any() else ""
+    values.check(lost, ["positioner"], (), f"neither x and y nor distance and angle say where it is{hint}")
     return base
 
 
