@@ -30,11 +30,11 @@ _WORDS = {
     "greater_than": "must be above {gt:g}",
     "greater_than_equal": "must be {ge:g} or more",
     "less_than_equal": "must be {le:g} or less",
-    "too_short": "must have {min_length} or more",
-    "too_long": "must have {max_length}, not {actual_length}",
+    "too_short": "must have {min_length} or more entries",
+    "too_long": "must have {max_length} entries, not {actual_length}",
     "literal_error": "must be {expected}",
-    "union_tag_invalid": "{discriminator} must be one of {expected_tags}, not '{tag}'",
-    "union_tag_not_found": "{discriminator} is missing",
+    "union_tag_invalid": "must be one of {expected_tags}",
+    "union_tag_not_found": "is missing",
 }
 
 
@@ -58,7 +58,9 @@ def complaints_of(error: ValidationError, said: dict[str, Any]) -> list[Complain
     """What pydantic found wrong with the parsed file `said`."""
     found = []
     for problem in error.errors():
-        field = _field(problem["loc"], said)
+        field = _field(problem["loc"], said, problem["type"] in ("missing", "extra_forbidden"))
+        if problem["type"].startswith("union_tag"):
+            field += ("kind",)
         text = _WORDS.get(problem["type"], problem["msg"].removeprefix("Value error, "))
         text = text.format(**problem.get("ctx", {})) if problem["type"] in _WORDS else text
         if problem["type"] == "extra_forbidden":
@@ -96,17 +98,18 @@ def _name(field: Path) -> str:
     return ".".join(map(str, field))
 
 
-def _field(loc: tuple[str | int, ...], said: Any) -> Path:
-    """Where pydantic says it is, less the names of the alternatives it chose between."""
+def _field(loc: tuple[str | int, ...], said: Any, ends_in_key: bool) -> Path:
+    """Where pydantic says it is, less the names of the alternatives it chose between.
+
+    Args:
+        loc: pydantic's path.
+        said: the parsed file.
+        ends_in_key: the last of `loc` is a field for sure, whether the file has it or not.
+    """
     field: Path = ()
     for k, key in enumerate(loc):
-        inside = isinstance(said, dict) if isinstance(key, str) else isinstance(said, list)
-        if inside and (k == len(loc) - 1 or isinstance(key, int) or key in said):
+        if _value((*field, key), said) is not None or (ends_in_key and k == len(loc) - 1):
             field += (key,)
-            try:
-                said = said[key]
-            except (KeyError, IndexError):
-                said = None
     return field
 
 

@@ -85,11 +85,12 @@ def _plane(definition: Definition, path: FilePath, text: str) -> FocalPlane:
     kinematics = _kinematics(definition, values, base)
     online = values.flags("online")
     _check_names(definition, values)
-    notes = [*([definition.title] if definition.title else []), *definition.sources, *values.unused()]
+    notes = [*([definition.title] if definition.title else []), *definition.sources]
     if not bodies:
         notes.append("no bodies: nothing can touch")
     if values.complaints:
-        raise DefinitionError(*values.complaints)
+        raise DefinitionError(*dict.fromkeys(values.complaints))
+    notes += values.unused()
     try:
         return FocalPlane(
             ids=ids,

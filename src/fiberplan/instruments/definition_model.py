@@ -81,7 +81,7 @@ class FourBarPart(Part):
 
     spacing: Positive = Field(description="J1 to J2, d12 [mm]")
     rocker: Positive = Field(description="J2 to J4, d24 [mm]")
-    slider: Slider
+    slider: Slider = Field(description="how long it may be")
 
 
 class Joint(Part):
@@ -199,8 +199,8 @@ class Definition(Part):
     positioner: list[Positioner] = Field(
         default=[], description="positioners one by one; what they say wins over all else"
     )
-    arm: Arm | None = None
-    four_bar: FourBarPart | None = None
+    arm: Arm | None = Field(default=None, description="the first link of all")
+    four_bar: FourBarPart | None = Field(default=None, description="makes them four-bar arms, as in MIRADAS")
     field_radius: Positive | None = Field(default=None, description="targets lie this close to the middle [mm]")
     fibers: Fibers = Field(
         default=["fiber"],
@@ -208,9 +208,9 @@ class Definition(Part):
         "the first is the default",
         examples=[{"fiber": [15.0, 0.0]}, ["metrology", "science"]],
     )
-    joints: Joints = Joints()
+    joints: Joints = Field(default=Joints(), description="ranges, park angles and speeds of all")
     bodies: list[BodyPart] = Field(default=[], description="what can touch; without bodies nothing can")
-    fiducials: Fiducials | None = None
+    fiducials: Fiducials | None = Field(default=None, description="discs that stand fixed")
     obstacles: list[ObstaclePart] = Field(default=[], description="what stands fixed")
 
     @model_validator(mode="after")
@@ -227,4 +227,15 @@ class Definition(Part):
 def schema() -> dict[str, Any]:
     """The JSON Schema of an instrument file."""
     title = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "fiberplan instrument, format 1"}
-    return title | {key: value for key, value in Definition.model_json_schema().items() if key != "title"}
+    return title | {key: value for key, value in _sayable(Definition.model_json_schema()).items() if key != "title"}
+
+
+def _sayable(node: Any) -> Any:
+    """A schema without null, which TOML cannot say: a field that may be left out is not required, that is all."""
+    if isinstance(node, list):
+        return [_sayable(item) for item in node if item != {"type": "null"}]
+    if not isinstance(node, dict):
+        return node
+    kept = {key: _sayable(value) for key, value in node.items() if key != "default" or value is not None}
+    only = kept.get("anyOf", ())
+    return {key: value for key, value in kept.items() if key != "anyOf"} | only[0] if len(only) == 1 else kept

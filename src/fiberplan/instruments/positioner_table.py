@@ -60,7 +60,7 @@ class PositionerValues:
         return values
 
     def _missing(self, name: str, field: Path, id_: str, everywhere: bool) -> None:
-        sources = [f"column '{name}' of {table.source}" for table in self._tables]
+        sources = [f"column '{name}' in {table.source}" for table in self._tables]
         if not sources:
             self.complaints.append(Complaint(field, "is missing"))
         elif everywhere:
