@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,15 @@ def calibration(shared_data):
 @pytest.fixture
 def conf_summary(shared_data):
     return shared_data / "sdss/jaeger_test_design/confSummary-test.par"
+
+
+@pytest.fixture
+def examples(tmp_path):
+    """Folder of the instrument files that docs/instrument-format.md shows."""
+    text = (Path(__file__).parents[1] / "docs" / "instrument-format.md").read_text(encoding="utf-8")
+    for name, content in re.findall(r"```\w+ file=(\S+)\n(.*?)```", text, re.S):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    return tmp_path
 
 
 @pytest.fixture

@@ -17,8 +17,18 @@ def instruments(
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help="A built-in name, or an instrument's file or folder.")
     ] = None,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON Schema of instrument files (TOML) instead.")
+    ] = False,
 ) -> None:
     """List the built-in instruments, or tell what one is made of and where its numbers come from."""
+    if schema:
+        import json
+
+        from fiberplan.instruments import definition_model
+
+        say(json.dumps(definition_model.schema(), indent=2))
+        return
     from rich.table import Table
 
     from fiberplan.focal_plane import FocalPlane

@@ -3,7 +3,7 @@
 - `focal_plane`: the array, with fibers, clearances and changed copies of itself
 - `bodies`: bodies that ride on links, and obstacles
 - `layouts`: where positioners stand in regular arrays
-- `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, `kinds` names them for files
+- `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, named for files in `kinds`
 - `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point
 - `compiled_arms`: the focal plane as arrays for the kernels
 - `neighbours`: who could touch whom at a given margin

@@ -23,7 +23,7 @@ class FileFormat(Generic[T]):
 
 @dataclass(frozen=True)
 class ContentFormat(Generic[T]):
-    """One kind of file that is read once, as a whole: both functions are given its path, for messages, and its bytes."""
+    """One kind of file that is read once, as a whole: both functions get its path, for messages, and its bytes."""
 
     about: str  #: what it is, for people
     accepts: Callable[[Path, bytes], bool]

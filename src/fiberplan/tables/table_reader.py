@@ -24,7 +24,8 @@ from fiberplan.arrays import read_only
 from fiberplan.errors import FiberplanError
 from fiberplan.tables.contents import read_whole
 
-_KINDS = {"mm": "a length", "rad": "an angle"}
+_KINDS = {"mm": "a length", "rad": "an angle", "rad/s": "a speed of rotation"}
+_FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _HEADING = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*$")  # x [mm]
 _COMMENT = re.compile(r"#\s*([^:]+?)\s*:\s*(\S.*?)\s*$")  # # x: mm
 
@@ -88,6 +89,20 @@ class InputTable:
         factor = self._factor(name, unit, default or unit)
         return read_only(np.where(np.isnan(values), np.nan if blank is None else blank, values * factor))
 
+    def flags(self, name: str, blank: bool | None = None) -> np.ndarray:
+        """Cells that say true or false (also yes, no, 1, 0) as booleans (m,).
+
+        Args:
+            name: of a column that exists.
+            blank: what an empty cell means; None refuses it.
+        """
+        values = np.empty(len(self), bool)
+        for row, cell in enumerate(self.texts(name, None if blank is None else str(blank))):
+            if cell.lower() not in _FLAGS:
+                raise self.fail(row, f"{name} is '{cell}', neither true nor false")
+            values[row] = _FLAGS[cell.lower()]
+        return read_only(values, bool)
+
     def _parse(self, name: str) -> np.ndarray:
         cells = self.columns[name]
         if isinstance(cells, np.ndarray) and cells.dtype.kind in "fiub":
@@ -146,10 +161,11 @@ def read_text(path: Path, error: type[FiberplanError], content: bytes | None = N
         raise error(f"{path}: is not a text file") from None
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A question that suggests the closest known name, or nothing if none is close."""
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
-    return f"; did you mean '{close[0]}'?" if close else ""
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str:
+    """A question that suggests the closest known name, whatever its case, or nothing if none is close."""
+    lower = {other.lower(): other for other in known}
+    close = difflib.get_close_matches(name.lower(), list(lower), n=1, cutoff=cutoff)
+    return f"; did you mean '{lower[close[0]]}'?" if close else ""
 
 
 def one_line(text: object) -> str:
