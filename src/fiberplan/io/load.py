@@ -14,7 +14,7 @@ from fiberplan.instruments.definition import read_definition
 from fiberplan.instruments.moons import read_moons
 from fiberplan.instruments.sdss import HOLE_MAP, read_calibration
 from fiberplan.io.focal_plane_tables import read_focal_plane
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.table_reader import nearest, one_line
 
 
 def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
@@ -26,13 +26,24 @@ def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
     if name_or_path in names():
         return read_definition(builtin(str(name_or_path)))
     path = Path(name_or_path)
+    try:
+        return _from_path(path, str(name_or_path))
+    except OSError as error:  # a name that no file can have, a folder that may not be looked into
+        raise InstrumentError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
+
+
+def _from_path(path: Path, name: str) -> FocalPlane:
+    """One from a file or folder, by its ending; `name` is what was asked for."""
     if path.is_dir():
         if not (path / HOLE_MAP).is_file():
             raise InstrumentError(f"{path}: the folder has no {HOLE_MAP}, so it is not a SDSS calibration folder")
         return read_calibration(path)
     suffix = path.suffix.lower()
     if suffix == ".toml":
-        return read_definition(path)
+        try:
+            return read_definition(path)
+        except (ValueError, RecursionError) as error:  # numbers or nesting that Python cannot hold
+            raise InstrumentError(f"{path}: cannot be used ({one_line(error)})") from None
     if suffix == ".fits":
         return read_focal_plane(path)
     if suffix == ".cfg":
@@ -42,4 +53,4 @@ def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
     if path.suffix or len(path.parts) > 1:
         raise InstrumentError(f"{path}: no such file")
     known = ", ".join(names())
-    raise InstrumentError(f"no instrument '{name_or_path}'{nearest(str(name_or_path), names())} (built in: {known})")
+    raise InstrumentError(f"no instrument '{name}'{nearest(name, names())} (built in: {known})")

@@ -1,7 +1,8 @@
-"""For planners that know arms of two links only."""
+"""What planners ask of their settings and of the problem, in the same words."""
 
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.plan.seeds import seed_complaint
 
 
 def refuse_bars(planner: str, plane: FocalPlane) -> None:
@@ -14,3 +15,13 @@ def refuse_bars(planner: str, plane: FocalPlane) -> None:
         raise ProblemError(
             f"planner {planner} cannot plan the four-bar arms of {plane.name}: take --planner prioritized-roadmap"
         )
+
+
+def refuse_seed(planner: str, seed: int) -> None:
+    """Refuse a seed that no generator takes.
+
+    Raises:
+        ProblemError: it is no whole number, negative or too large.
+    """
+    if complaint := seed_complaint(seed):
+        raise ProblemError(f"{planner}: {complaint}")
