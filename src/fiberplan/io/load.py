@@ -18,7 +18,15 @@ def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
     """
     if name_or_path in names():
         return named(str(name_or_path))
-    path, formats = Path(name_or_path), focal_plane_formats()
+    path = Path(name_or_path)
+    try:
+        return _from_path(path)
+    except OSError as error:  # a name that no file can have, a folder that may not be looked into
+        raise InstrumentError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
+
+
+def _from_path(path: Path) -> FocalPlane:
+    formats = focal_plane_formats()
     known = format_of(formats, path)
     if known is not None:
         return known.read(path)
@@ -28,4 +36,4 @@ def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
         raise InstrumentError(f"{path}: the {what} is no instrument, which is one of: {wanted}")
     if path.suffix or len(path.parts) > 1:
         raise InstrumentError(f"{path}: no such file")
-    return named(str(name_or_path))
+    return named(str(path))

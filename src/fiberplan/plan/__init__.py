@@ -6,6 +6,7 @@
 """
 
 from fiberplan.plan.diagnosis import diagnose
-from fiberplan.plan.plan import Outcome, Plan
+from fiberplan.plan.outcomes import Outcome
+from fiberplan.plan.plan import Plan
 
 __all__ = ["Outcome", "Plan", "diagnose"]

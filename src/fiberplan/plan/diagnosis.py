@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiberplan.motion import Trajectory
-from fiberplan.plan.plan import Outcome, Plan
+from fiberplan.plan.outcomes import Outcome
+from fiberplan.plan.plan import Plan
 from fiberplan.tolerances import ARRIVAL
 
 _STILL = 1e-9  # [rad] a joint that turns less between two knots rests there

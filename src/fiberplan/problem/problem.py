@@ -5,6 +5,7 @@ row means "anywhere safe". A goal that cannot be kept is refused, or with ``conf
 """
 
 import dataclasses
+import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -105,7 +106,8 @@ class Problem:
         if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
             raise ProblemError(f"priority must be {n} finite numbers of 0 or more")
         object.__setattr__(self, "priority", priority)
-        if not (np.isfinite(self.margin) and self.margin >= 0):
+        number = isinstance(self.margin, numbers.Real) and not isinstance(self.margin, bool)
+        if not (number and np.isfinite(self.margin) and self.margin >= 0):
             raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         if self.conflicts not in ("raise", "drop"):
             raise ProblemError(f"conflicts must be 'raise' or 'drop', got '{self.conflicts}'")

@@ -22,7 +22,7 @@ from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
 from fiberplan.tolerances import UNDER_LIMIT
@@ -49,6 +49,7 @@ class Direct:
     reference = "ours; soft conflicts after MAPF-LNS2 (Li et al., AAAI 2022), breakout weights (Morris, AAAI 1993)"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
         for label, unit in (("max_time", " s"), ("budget", ""), ("turn", " rad")):
             value = getattr(self, label)
             if value is not None and not (np.isfinite(value) and value > 0):

@@ -19,7 +19,7 @@ from fiberplan.planners.elliptic_navigation.field import Field
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
 from fiberplan.tolerances import EQUALITY
@@ -55,6 +55,7 @@ class EllipticNavigationFunction:
     reference = "Makarem2016; relief after Tao2018"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
         units = {"influence": "mm", "near": "s", "calm": "s", "dt": "s", "patience": "s", "max_time": "s"}
         for label in ("lambda1", "lambda2", "lambda3", *units):
             value = getattr(self, label)
