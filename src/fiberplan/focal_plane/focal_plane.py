@@ -7,6 +7,7 @@ same two commanded angles, which their papers call theta1 and theta2.
 """
 
 import dataclasses
+import difflib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -57,6 +58,9 @@ class FocalPlane:
     notes: tuple[str, ...] = field(default=())  #: assumptions and sources worth printing beside a plan
     kinematics: Kinematics = TWO_LINK  #: the kind of arm, with what it has beyond base, first link and fiber
     field_radius: float = np.inf  #: targets lie this close to the origin [mm]
+    aliases: tuple[str, ...] = ()  #: (n,) second names of the positioners, "" where there is none; or empty
+    assumptions: tuple[str, ...] = ()  #: what this description rests on without a source, one sentence each
+    recommended_margin: float | None = None  #: the margin to take where none is asked for [mm]
 
     def __post_init__(self) -> None:
         n = len(self.ids)
@@ -74,6 +78,8 @@ class FocalPlane:
         object.__setattr__(self, "fiber_offsets", offsets)
         object.__setattr__(self, "bodies", tuple(self.bodies))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        object.__setattr__(self, "aliases", tuple(str(name) for name in self.aliases))
+        object.__setattr__(self, "assumptions", tuple(self.assumptions))
         self._validate()
 
     def _validate(self) -> None:
@@ -87,8 +93,13 @@ class FocalPlane:
             raise InstrumentError(f"{self.name}: no fiber is given")
         for name in ("base", "length", "zero", "folded"):
             self._refuse(~np.isfinite(getattr(self, name)), name, "is not a finite number")
-        for name, value in self.fiber_offsets.items():
-            self._refuse(~np.isfinite(value), f"fiber '{name}'", "is not a finite number", value)
+        for k, (name, value) in enumerate(self.fiber_offsets.items()):
+            lacking = np.isnan(value).all(axis=1, keepdims=True) & (k > 0)  # all carry the default fiber
+            self._refuse(~np.isfinite(value) & ~lacking, f"fiber '{name}'", "is not a finite number", value)
+        if len(self.aliases) not in (0, self.n):
+            raise InstrumentError(f"{self.name}: {len(self.aliases)} second names for {self.n} positioners")
+        if self.recommended_margin is not None and not 0 <= self.recommended_margin < np.inf:
+            raise InstrumentError(f"{self.name}: recommended margin {self.recommended_margin:g} mm is not a length")
         for body in self.bodies:
             for what, count in (("points", body.points.ndim == 3), ("radii", np.ndim(body.radius) == 1)):
                 given = len(body.points if what == "points" else np.atleast_1d(body.radius))
@@ -146,6 +157,28 @@ class FocalPlane:
         """Positioner id -> index."""
         return {id_: i for i, id_ in enumerate(self.ids)}
 
+    @cached_property
+    def names(self) -> Mapping[str, int]:
+        """Positioner id, or second name where no id reads the same -> index."""
+        second = {name: i for i, name in reversed(list(enumerate(self.aliases))) if name}
+        return second | self.index
+
+    def index_of(self, name: str) -> int:
+        """Index of the positioner of this id or second name.
+
+        Raises:
+            InstrumentError: there is none; one line with the nearest name, if one is near.
+        """
+        if name not in self.names:
+            close = difflib.get_close_matches(name, list(self.names), n=1, cutoff=0.7)
+            hint = f"; did you mean '{close[0]}'?" if close else ""
+            raise InstrumentError(f"{self.name} has no positioner '{name}'{hint}")
+        return self.names[name]
+
+    def carries(self, fiber: str) -> np.ndarray:
+        """(n,) whether each positioner carries the fiber of this name."""
+        return np.isfinite(self.fiber_offsets[fiber]).all(axis=1)
+
     def replace(self, **changes: Any) -> "FocalPlane":
         """The same focal plane with some fields changed."""
         return dataclasses.replace(self, **changes)
@@ -170,6 +203,7 @@ class FocalPlane:
             bodies=tuple(body.meeting(there) for body in bodies),
             obstacles=tuple(obstacle.meeting(there) for obstacle in fixed),
             kinematics=self.kinematics.subset(who),
+            aliases=tuple(self.aliases[i] for i in who) if self.aliases else (),
             **{name: getattr(self, name)[who] for name in _PER_POSITIONER},
         )
 
@@ -198,6 +232,8 @@ class FocalPlane:
 
     def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
         """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
+
+        NaN rows for positioners that do not carry the fiber.
 
         Raises:
             InstrumentError: no fiber of that name.

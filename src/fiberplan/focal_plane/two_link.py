@@ -106,7 +106,7 @@ class TwoLink:
         alpha = np.where(on_axis[:, None], plane.folded[who, 0, None], alpha)
         beta = both - (plane.zero[who, 1] + np.arctan2(offset[:, 1], offset[:, 0]))[:, None]
         angles = np.where(allowed[..., None], np.stack([alpha, beta], axis=-1), np.nan)
-        return angles, TOLERANCE / np.maximum(length[:, 0] + arm[:, 0], TOLERANCE)
+        return angles, TOLERANCE / np.fmax(length[:, 0] + arm[:, 0], TOLERANCE)
 
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
         """Configurations (len(who), 2) [rad] whose fibers are uniform over each patrol annulus.

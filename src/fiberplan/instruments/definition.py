@@ -111,6 +111,8 @@ def _plane(definition: Definition, path: FilePath, text: str) -> FocalPlane:
             kinematics=kinematics,
             field_radius=definition.field_radius or np.inf,
             notes=tuple(notes),
+            assumptions=tuple(definition.assumptions),
+            recommended_margin=definition.margin,
         )
     except InstrumentError as error:
         raise InstrumentError(f"{path}: {error}") from None

@@ -191,6 +191,8 @@ class Definition(Part):
     name: Text = Field(description="as plans name the instrument")
     title: str = Field(default="", description="one line about it; printed beside plans")
     sources: list[str] = Field(default=[], description="where the numbers come from; printed beside plans")
+    assumptions: list[str] = Field(default=[], description="what has no source; said with every proof")
+    margin: Length | None = Field(default=None, description="recommended clearance, taken where none is asked for [mm]")
     grid: Grid | None = Field(default=None, description="where positioners stand regularly")
     positioners: Text | None = Field(
         default=None,

@@ -62,6 +62,10 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     rows |= {"base_x": plane.base[:, 0], "base_y": plane.base[:, 1], "length": plane.length}
     units = dict.fromkeys(("base_x", "base_y", "length"), "mm")
     about["field_radius"] = np.array([plane.field_radius])
+    about["assumptions"] = [json.dumps(plane.assumptions)]
+    about["margin"] = np.array([np.nan if plane.recommended_margin is None else plane.recommended_margin])
+    if plane.aliases:
+        rows["alias"] = plane.aliases
     for name, (values, unit) in stored(plane.kinematics).items():
         rows[name], units[name] = values, unit
     for name, unit in _JOINTS.items():
@@ -71,7 +75,7 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
         for axis, values in zip("xy", offset.T, strict=True):
             rows[f"fiber{k}_{axis}"], units[f"fiber{k}_{axis}"] = values, "mm"
     return [
-        table_hdu("FOCALPLANE", about, {"pair_margin": "mm", "field_radius": "mm"}),
+        table_hdu("FOCALPLANE", about, {"pair_margin": "mm", "field_radius": "mm", "margin": "mm"}),
         table_hdu("POSITIONERS", rows, units),
         table_hdu("BODIES", body_rows(plane.bodies, plane.n), _UNITS),
         table_hdu("OBSTACLES", obstacle_rows(plane.obstacles), _UNITS),
@@ -86,7 +90,7 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
     """
     about, rows = pick(tables, "FOCALPLANE", InstrumentError), pick(tables, "POSITIONERS", InstrumentError)
     try:
-        joints = {
+        joints: dict[str, Any] = {
             name: np.stack([numbers(rows, f"{name}_{joint}") for joint in ("alpha", "beta")], axis=1)
             for name in _JOINTS
         }
@@ -107,10 +111,23 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             notes=tuple(json.loads(texts(about, "notes")[0])),
             kinematics=kinematics_of({name: numbers(rows, name) for name in rows.columns.names if "four_bar" in name}),
             field_radius=_field_radius(about),
+            aliases=tuple(texts(rows, "alias")) if "alias" in rows.columns.names else (),
+            **_stated(about),
             **joints,
         )
     except MISFITS as error:
         raise InstrumentError(f"the tables of the focal plane cannot be used ({one_line(error)})") from None
+
+
+def _stated(about: Any) -> dict[str, Any]:
+    """Assumptions and recommended margin; tables of earlier versions have none."""
+    if "assumptions" not in about.columns.names:
+        return {}
+    margin = float(numbers(about, "margin")[0])
+    return {
+        "assumptions": tuple(json.loads(texts(about, "assumptions")[0])),
+        "recommended_margin": None if np.isnan(margin) else margin,
+    }
 
 
 def _field_radius(about: Any) -> float:

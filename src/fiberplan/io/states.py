@@ -48,11 +48,11 @@ def _arrange(
     out = np.full((plane.n, 2), np.nan)
     rows: dict[str, str] = {}
     for id_, row, pose in zip(known, where, angles, strict=True):
-        if id_ not in plane.index:
-            raise ProblemError(f"{source}: {row}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
+        if id_ not in plane.names:
+            raise ProblemError(f"{source}: {row}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
         if (first := rows.setdefault(id_, row)) != row:
             raise ProblemError(f"{source}: {row}: positioner '{id_}' was already given in {first}")
-        out[plane.index[id_]] = pose
+        out[plane.names[id_]] = pose
     missing = [i for i in range(plane.n) if np.isnan(out[i, 0])]
     if missing:
         listed = ", ".join(f"'{plane.ids[i]}'" for i in missing[:_SHOWN])

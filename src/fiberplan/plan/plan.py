@@ -107,7 +107,8 @@ class Plan:
         away = []
         for goal in np.moveaxis(self._ends, 1, 0):
             wanted = [plane.fibers(goal, fiber) for fiber in plane.fiber_offsets]
-            away.append(np.linalg.norm(np.subtract(there, wanted), axis=2).max(axis=0))
+            apart = np.linalg.norm(np.subtract(there, wanted), axis=2)
+            away.append(np.fmax.reduce(apart))  # NaN: a fiber that the positioner does not carry
         return np.fmin.reduce(away)
 
     def faults(self) -> list[str]:

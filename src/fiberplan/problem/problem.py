@@ -153,7 +153,7 @@ class Problem:
         where = np.array(plane.folded if start is None else start, float)
         online, notes = plane.online.copy(), list(targets.notes)
         for id_ in targets.offline:
-            i = plane.index[id_]
+            i = plane.names[id_]
             online[i] = False
             stated = start is not None and where.shape == (plane.n, 2) and bool(np.isfinite(where[i]).all())
             if not stated and where.shape == (plane.n, 2):
@@ -171,7 +171,8 @@ class Problem:
             priority=solution.priority,
             conflicts=conflicts,
             alternatives=solution.alternatives if solution.alternatives.shape[1] else None,
-            dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()},
+            dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()}
+            | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()},
             notes=tuple(notes),
         )
 

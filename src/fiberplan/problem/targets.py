@@ -29,6 +29,7 @@ class Solution(NamedTuple):
     goal: np.ndarray  #: (n, 2) commanded angles [rad]; NaN rows have no target that can be reached
     alternatives: np.ndarray  #: (n, k, 2) other angles that reach the same target, NaN-padded [rad]
     unreachable: dict[int, str]  #: positioner -> why its target is out of reach
+    lacking: dict[int, str]  #: positioner -> which fiber its target names that it does not carry
     priority: np.ndarray  #: (n,) 1 without a target
 
 
@@ -139,12 +140,17 @@ class Targets:
                 "assignment is not done here"
             )
         for row, id_ in enumerate(self.positioner):
-            if id_ not in plane.index:
-                raise self._fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
+            if id_ not in plane.names:
+                raise self._fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
         for id_ in self.offline:
-            if id_ not in plane.index:
-                raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
-        return np.array([plane.index[id_] for id_ in self.positioner], np.int64)
+            if id_ not in plane.names:
+                raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
+        who = np.array([plane.names[id_] for id_ in self.positioner], np.int64)
+        first: dict[int, int] = {}
+        for row, i in enumerate(who.tolist()):
+            if (before := first.setdefault(i, row)) != row:  # under its id and its second name
+                raise self._fail(row, f"positioner '{plane.ids[i]}' already has a target in {self.rows[before]}")
+        return who
 
     def _standing_at(self, plane: FocalPlane) -> np.ndarray:
         """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
@@ -172,14 +178,14 @@ class Targets:
         return np.asarray(who[:m], np.int64)
 
     def _offsets(self, plane: FocalPlane, who: np.ndarray) -> np.ndarray:
-        """(m, 2) of each target's fiber in its beta link's frame [mm]."""
+        """(m, 2) of each target's fiber in its beta link's frame [mm]; NaN where the positioner lacks that fiber."""
         offset = plane.fiber[who]
+        known = {name.lower(): name for name in plane.fiber_offsets}
         for row, name in enumerate(self.fiber or ()):
-            if name and name not in plane.fiber_offsets:
-                known = ", ".join(plane.fiber_offsets)
-                raise self._fail(row, f"{plane.name} has no fiber '{name}'; it has {known}")
+            if name and name.lower() not in known:
+                raise self._fail(row, f"{plane.name} has no fiber '{name}'; it has {', '.join(plane.fiber_offsets)}")
             if name:
-                offset[row] = plane.fiber_offsets[name][who[row]]
+                offset[row] = plane.fiber_offsets[known[name.lower()]][who[row]]
         return offset
 
     def solve(self, plane: FocalPlane) -> Solution:
@@ -207,8 +213,16 @@ class Targets:
         priority = np.ones(plane.n)
         goal[who], alternatives[who], priority[who] = found[:, 0], found[:, 1:most], self.priority
         lost = np.flatnonzero(np.isnan(found[:, 0, 0]))
-        unreachable = {int(who[row]): self._why_unreachable(plane, int(row), who, offset) for row in lost}
-        return Solution(read_only(goal), read_only(alternatives), unreachable, read_only(priority))
+        lacks = np.isnan(offset).any(axis=1)
+        unreachable = {int(who[r]): self._why_unreachable(plane, int(r), who, offset) for r in lost if not lacks[r]}
+        lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
+        return Solution(read_only(goal), read_only(alternatives), unreachable, lacking, read_only(priority))
+
+    def _which_fiber(self, plane: FocalPlane, row: int, i: int) -> str:
+        """Which fiber the target in `row` names that positioner `i` does not carry."""
+        assert self.fiber is not None  # all carry the default fiber
+        carried = ", ".join(name for name in plane.fiber_offsets if plane.carries(name)[i])
+        return f"its target in {self.rows[row]} needs the fiber '{self.fiber[row]}', and it has {carried}"
 
     def _why_unreachable(self, plane: FocalPlane, row: int, who: np.ndarray, offset: np.ndarray) -> str:
         i = who[row]
@@ -240,7 +254,8 @@ class Targets:
 
 def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
     """Raise a `TargetError` that names the targets out of reach, if there are any."""
-    texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in solution.unreachable.items()]
-    if texts:
-        more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-        raise TargetError(f"{source}: out of reach: {'; '.join(texts[:_SHOWN])}{more}")
+    for what, found in (("no such fiber", solution.lacking), ("out of reach", solution.unreachable)):
+        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items()]
+        if texts:
+            more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+            raise TargetError(f"{source}: {what}: {'; '.join(texts[:_SHOWN])}{more}")

@@ -134,13 +134,19 @@ class InputTable:
             raise self.error(f"{self.source}: column '{name}': unit '{given}' is not {_KINDS[unit]}") from None
 
 
-def read_table(path: str | os.PathLike, error: type[FiberplanError], content: bytes | None = None) -> InputTable:
+def read_table(
+    path: str | os.PathLike,
+    error: type[FiberplanError],
+    content: bytes | None = None,
+    allow_empty: bool = False,
+) -> InputTable:
     """Read a table in any format that astropy knows.
 
     Args:
         path: of the file; its ending says the format.
         error: what to raise.
         content: of the file, where it has been read already.
+        allow_empty: a table of headings only is one.
 
     Raises:
         error: no such file, not a table, truncated, or without rows.
@@ -148,7 +154,7 @@ def read_table(path: str | os.PathLike, error: type[FiberplanError], content: by
     path = Path(path)
     content = read_whole(path, error) if content is None else content
     table = (_read_csv if path.suffix.lower() == ".csv" else _read_any)(path, content, error)
-    if not len(table):
+    if not len(table) and not allow_empty:
         raise error(f"{path}: the table has no rows")
     return table
 
