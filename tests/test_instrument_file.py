@@ -9,7 +9,7 @@ from astropy.table import Table
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments import builtin
+from fiberplan.instruments import BUILTIN
 from fiberplan.instruments.locate import Lines
 
 ALL = """format = 1
@@ -148,7 +148,7 @@ def test_rectangular_grid(mine):
 
 
 def test_four_bar_arms_in_a_table(mine):
-    text = builtin("miradas").read_text()
+    text = (BUILTIN / "miradas.toml").read_text()
     ring = FocalPlane.load("miradas")
     grid = text[text.index("[grid]") : text.index("[arm]")]
     toml = text.replace(grid, "").replace('name = "miradas"', 'name = "miradas"\npositioners = "mine.csv"')

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 
 from fiberplan.cli.app import run
-from fiberplan.instruments import builtin, names
+from fiberplan.instruments import BUILTIN, names
 from fiberplan.instruments.definition_model import schema
 
 RULES = {
@@ -73,7 +73,7 @@ def wrong(value, rule, whole):
 
 def test_schema_admits_every_built_in_instrument():
     for name in names():
-        assert wrong(tomllib.loads(builtin(name).read_text()), schema(), schema()) is None, name
+        assert wrong(tomllib.loads((BUILTIN / f"{name}.toml").read_text()), schema(), schema()) is None, name
 
 
 def test_schema_admits_the_documentation_and_refuses_what_is_wrong(examples):

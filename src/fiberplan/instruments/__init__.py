@@ -21,14 +21,14 @@ from fiberplan.instruments.formats import INSTRUMENTS
 from fiberplan.tables.formats import FileFormat
 from fiberplan.tables.table_reader import nearest
 
-__all__ = ["named", "names"]
+__all__ = ["BUILTIN", "named", "names"]
 
-_BUILTIN = Path(__file__).parent / "builtin"
+BUILTIN = Path(__file__).parent / "builtin"  #: the folder of built-in instruments, a file each
 
 
 def names() -> tuple[str, ...]:
     """Names of instruments: ours in alphabetical order, then those of other packages."""
-    ours = sorted(path.stem for path in _BUILTIN.glob("*.toml"))
+    ours = sorted(path.stem for path in BUILTIN.glob("*.toml"))
     others = [name for name in INSTRUMENTS if not isinstance(INSTRUMENTS[name], FileFormat) and name not in ours]
     return (*ours, *others)
 
@@ -39,7 +39,7 @@ def named(name: str) -> FocalPlane:
     Raises:
         InstrumentError: there is none of this name.
     """
-    path = _BUILTIN / f"{name}.toml"
+    path = BUILTIN / f"{name}.toml"
     if name in names() and path.is_file():
         return read_definition(path)
     make = INSTRUMENTS.get(name)
