@@ -2,7 +2,7 @@
 
 - ``builtin/*.toml``: the instruments that are built in, a source beside every number
 - `definition`: a focal plane from such a file, or from a user's own; its fields are in `definition_model`, regular
-  arrays in `grids`, tables beside it in `positioner_table` and `shape_tables`, and `complaints` and `locate` say what is
+  arrays in `grids`, tables beside it in `positioner_table` and `shape_tables`; `complaints` and `locate` say what is
   wrong and in which line
 - `formats`: where readers of files register; importing this package registers ours
 - `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
