@@ -1,15 +1,16 @@
 """Instruments from one file and the tables beside it, and what is said of a wrong one."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from astropy import units as u
 from astropy.table import Table
 
+from fiberplan import instruments
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments import BUILTIN
 from fiberplan.instruments.locate import Lines
 
 ALL = """format = 1
@@ -148,7 +149,7 @@ def test_rectangular_grid(mine):
 
 
 def test_four_bar_arms_in_a_table(mine):
-    text = (BUILTIN / "miradas.toml").read_text()
+    text = (Path(instruments.__file__).parent / "builtin" / "miradas.toml").read_text(encoding="utf-8")
     ring = FocalPlane.load("miradas")
     grid = text[text.index("[grid]") : text.index("[arm]")]
     toml = text.replace(grid, "").replace('name = "miradas"', 'name = "miradas"\npositioners = "mine.csv"')
@@ -412,3 +413,8 @@ p = 3
 def test_instrument_of_another_case_is_suggested():
     with pytest.raises(InstrumentError, match=r"no instrument 'SDSS'; did you mean 'sdss'\?"):
         FocalPlane.load("SDSS")
+
+
+def test_lines_of_tables_that_no_header_opens():
+    lines = Lines("[a.b]\nc = 1\n[[d.e]]\nf = 1\n")
+    assert [lines.of(field) for field in (("a",), ("d",), ("d", "e", 0, "f"))] == [1, 3, 4]

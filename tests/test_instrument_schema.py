@@ -2,13 +2,15 @@
 
 import json
 import tomllib
+from pathlib import Path
 
 import numpy as np
 
+from fiberplan import instruments
 from fiberplan.cli.app import run
-from fiberplan.instruments import BUILTIN, names
 from fiberplan.instruments.definition_model import schema
 
+BUILTIN = sorted((Path(instruments.__file__).parent / "builtin").glob("*.toml"))
 RULES = {
     "type",
     "const",
@@ -72,8 +74,9 @@ def wrong(value, rule, whole):
 
 
 def test_schema_admits_every_built_in_instrument():
-    for name in names():
-        assert wrong(tomllib.loads((BUILTIN / f"{name}.toml").read_text()), schema(), schema()) is None, name
+    assert len(BUILTIN) > 6
+    for path in BUILTIN:
+        assert wrong(tomllib.loads(path.read_text(encoding="utf-8")), schema(), schema()) is None, path.name
 
 
 def test_schema_admits_the_documentation_and_refuses_what_is_wrong(examples):

@@ -12,8 +12,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from fiberplan.arrays import read_only
 from fiberplan.errors import InstrumentError
-from fiberplan.kernels.segments import segment_to_segment, segments_cross
+from fiberplan.kernels.outlines import crosses_itself
 
 ARM = "arm"
 LINKS = {"base": 0, "alpha": 1, "beta": 2, "rocker": 3}
@@ -126,32 +127,29 @@ def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
     Raises:
         InstrumentError: a closed outline crosses itself or encloses no area, so it has no inside.
     """
-    if closed:
-        again = np.all(points == np.roll(points, 1, axis=0), axis=1)
-        points = points[~again] if not again.all() else points[:1]
+    points = simple_outline(points) if closed else points
     if len(points) <= 2:
         return [points]
     if not closed:
         return [points[k : k + 2] for k in range(len(points) - 1)]
-    if not np.any(_turns(points)):
-        raise InstrumentError("a closed outline encloses no area")
-    if _crosses_itself(points):
-        raise InstrumentError("a closed outline crosses itself")
     if _area(points) < 0:
         points = points[::-1]
     return [points] if _is_convex(points) else _triangles(points)
 
 
-def _crosses_itself(outline: np.ndarray) -> bool:
-    """Whether two edges of an outline cross, or two that are not next to each other touch."""
-    ends = np.roll(outline, -1, axis=0)
-    for a in range(len(outline)):
-        for b in range(a + 1, len(outline)):
-            edges = (*outline[a], *ends[a], *outline[b], *ends[b])
-            adjacent = b - a == 1 or b - a == len(outline) - 1
-            if segments_cross(*edges) or (not adjacent and segment_to_segment(*edges)[0] == 0.0):
-                return True
-    return False
+def simple_outline(points: np.ndarray) -> np.ndarray:
+    """A closed outline (k, 2) without its repeated points, once it is known to have an inside.
+
+    Raises:
+        InstrumentError: it crosses itself or encloses no area.
+    """
+    again = np.all(points == np.roll(points, 1, axis=0), axis=1)
+    points = read_only(points[~again] if not again.all() else points[:1])
+    if len(points) > 2 and not np.any(_turns(points)):
+        raise InstrumentError("a closed outline encloses no area")
+    if len(points) > 2 and crosses_itself(points):
+        raise InstrumentError("a closed outline crosses itself")
+    return points
 
 
 def _area(outline: np.ndarray) -> float:

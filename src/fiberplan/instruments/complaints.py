@@ -95,7 +95,7 @@ def _shown(value: str | float) -> str:
 
 
 def _name(field: Path) -> str:
-    return ".".join(map(str, field))
+    return ".".join(text if (text := str(key)) and text.isprintable() else repr(key) for key in field)
 
 
 def _field(loc: tuple[str | int, ...], said: Any, ends_in_key: bool) -> Path:

@@ -32,7 +32,7 @@ class Lines:
                 table += (key,)
                 if statement.startswith("[[") and k == len(keys) - 1:
                     arrays[table] = arrays.get(table, -1) + 1
-                    self._line.setdefault(table, line)
+                self._line.setdefault(table, line)
                 if table in arrays:
                     table += (arrays[table],)
             self._note(table, (), line)

@@ -3,14 +3,14 @@
 A crossed outline is refused here, where the place that says it is still known.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import NamedTuple
 
 import numpy as np
 
 from fiberplan.errors import InstrumentError
-from fiberplan.focal_plane.bodies import Body, Obstacle, convex_pieces
+from fiberplan.focal_plane.bodies import Body, Obstacle, simple_outline
 from fiberplan.instruments.complaints import Complaint, DefinitionError
 from fiberplan.instruments.definition_model import BodyPart, ObstaclePart
 from fiberplan.instruments.locate import Path
@@ -33,8 +33,12 @@ def bodies(parts: Sequence[BodyPart], values: PositionerValues, folder: FilePath
         InstrumentError: a table or outline that cannot be used.
     """
     made = []
+    files = {
+        part.outlines for part in parts if part.outlines is not None
+    }  # one may hold the outlines of several bodies
+    tables = {name: read_table(folder / name, InstrumentError) for name in sorted(files)}
     for k, part in enumerate(parts):
-        points, common = _outlines(k, part, values, folder)
+        points, common = _outlines(k, part, values, tables)
         field, column = ("bodies", k, "radius"), f"radius_{part.name}"
         radius = values.column(column, field, "mm", common)
         values.check(radius < 0, [column], field, "{} mm is negative", radius)
@@ -54,7 +58,9 @@ def bodies(parts: Sequence[BodyPart], values: PositionerValues, folder: FilePath
     return tuple(made)
 
 
-def _outlines(k: int, part: BodyPart, values: PositionerValues, folder: FilePath) -> tuple[np.ndarray, np.ndarray]:
+def _outlines(
+    k: int, part: BodyPart, values: PositionerValues, tables: Mapping[str, InputTable]
+) -> tuple[np.ndarray, np.ndarray]:
     """Points (k, 2) that all share or (n, k, 2), and radii (n,), NaN where none is given [mm]."""
     shared = _Shape(-1, np.zeros((1, 2)) if part.points is None else np.array(part.points), np.nan)
     radii = np.full(len(values.ids), np.nan if part.radius is None else part.radius)
@@ -62,7 +68,7 @@ def _outlines(k: int, part: BodyPart, values: PositionerValues, folder: FilePath
         _refuse_crossed(shared, part.closed, f"body '{part.name}'", ("bodies", k, "points"))
     if part.outlines is None:
         return shared.points, radii
-    table = read_table(folder / part.outlines, InstrumentError)
+    table = tables[part.outlines]
     table.require("positioner")
     names = table.texts("body") if "body" in table else (part.name,) * len(table)
     found = _shapes(table, table.texts("positioner"), np.array([name == part.name for name in names]))
@@ -130,8 +136,10 @@ def _shapes(table: InputTable, owners: Sequence[str], wanted: np.ndarray) -> dic
 
 def _refuse_crossed(shape: _Shape, closed: bool, what: str, blame: InputTable | Path) -> None:
     """Refuse an outline without an inside, naming the row of a table or the field of the instrument file."""
+    if not closed:
+        return
     try:
-        convex_pieces(shape.points, closed)
+        simple_outline(shape.points)
     except InstrumentError as error:
         if isinstance(blame, InputTable):
             raise blame.fail(shape.row, f"{what}: {error}") from None
