@@ -2,6 +2,7 @@
 
 - `focal_plane`: the array, with fibers, clearances and changed copies of itself
 - `bodies`: bodies that ride on links, and obstacles
+- `outlines`: filled outlines cut into convex pieces, by signs that are exact
 - `layouts`: where positioners stand in regular arrays
 - `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, named for files in `kinds`
 - `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point

@@ -12,9 +12,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from fiberplan.arrays import read_only
 from fiberplan.errors import InstrumentError
-from fiberplan.kernels.outlines import crosses_itself
+from fiberplan.focal_plane.outlines import convex_pieces
 
 ARM = "arm"
 LINKS = {"base": 0, "alpha": 1, "beta": 2, "rocker": 3}
@@ -119,87 +118,3 @@ def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.nd
         raise InstrumentError(f"'{name}': points must be finite and of shape (k, 2), got shape {array.shape}")
     array.setflags(write=False)
     return array
-
-
-def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
-    """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline.
-
-    Raises:
-        InstrumentError: a closed outline crosses itself or encloses no area, so it has no inside.
-    """
-    points = simple_outline(points) if closed else points
-    if len(points) <= 2:
-        return [points]
-    if not closed:
-        return [points[k : k + 2] for k in range(len(points) - 1)]
-    if _area(points) < 0:
-        points = points[::-1]
-    return [points] if _is_convex(points) else _triangles(points)
-
-
-def simple_outline(points: np.ndarray) -> np.ndarray:
-    """A closed outline (k, 2) without its repeated points, once it is known to have an inside.
-
-    Raises:
-        InstrumentError: it crosses itself or encloses no area.
-    """
-    again = np.all(points == np.roll(points, 1, axis=0), axis=1)
-    points = read_only(points[~again] if not again.all() else points[:1])
-    if len(points) > 2 and not np.any(_turns(points)):
-        raise InstrumentError("a closed outline encloses no area")
-    if len(points) > 2 and crosses_itself(points):
-        raise InstrumentError("a closed outline crosses itself")
-    return points
-
-
-def _area(outline: np.ndarray) -> float:
-    """Signed area of an outline, positive counter-clockwise [mm^2]."""
-    x, y = outline.T
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-
-
-def _turns(outline: np.ndarray) -> np.ndarray:
-    """Cross product of the edges before and after each vertex: positive where a counter-clockwise outline is convex."""
-    before = outline - np.roll(outline, 1, axis=0)
-    after = np.roll(outline, -1, axis=0) - outline
-    return before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-
-
-def _is_convex(outline: np.ndarray) -> bool:
-    """Whether a counter-clockwise outline turns left only, and only once around."""
-    edges = np.roll(outline, -1, axis=0) - outline
-    headings = np.arctan2(edges[:, 1], edges[:, 0])
-    turned = np.sum((np.roll(headings, -1) - headings + np.pi) % (2 * np.pi) - np.pi)
-    return bool(np.all(_turns(outline) >= 0) and abs(turned - 2 * np.pi) < 1e-6)
-
-
-def _triangles(outline: np.ndarray) -> list[np.ndarray]:
-    """A simple counter-clockwise outline cut into triangles by clipping ears.
-
-    Raises:
-        InstrumentError: the outline crosses itself, so it has no inside.
-    """
-    rest = outline
-    triangles = []
-    while len(rest) > 3:
-        for k in map(int, np.flatnonzero(_turns(rest) > 0)):
-            ear = rest[[k - 1, k, (k + 1) % len(rest)]]
-            others = np.delete(rest, [(k - 1) % len(rest), k, (k + 1) % len(rest)], axis=0)
-            if not np.any(_inside(ear, others)):
-                triangles.append(ear)
-                rest = np.delete(rest, k, axis=0)
-                break
-        else:
-            flat = np.flatnonzero(_turns(rest) == 0)
-            if not len(flat):
-                raise InstrumentError("a closed outline crosses itself")
-            rest = np.delete(rest, flat[0], axis=0)
-    return [*triangles, rest]
-
-
-def _inside(triangle: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points lie in or on a counter-clockwise triangle; its own corners, repeated, do not count."""
-    inside = ~np.any(np.all(points[:, None] == triangle[None], axis=2), axis=1)
-    for a, b in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
-        inside &= (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0]) >= 0
-    return inside

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.errors import InstrumentError
-from fiberplan.focal_plane.bodies import Body, Obstacle, simple_outline
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.outlines import simple_outline
 from fiberplan.instruments.complaints import Complaint, DefinitionError
 from fiberplan.instruments.definition_model import BodyPart, ObstaclePart
 from fiberplan.instruments.locate import Path

@@ -4,7 +4,6 @@
 - `arms`: what kernels know of a focal plane, link frames, and bounds on how far a body point moves
 - `four_bar`: the third link of a four-bar arm, and its zone of avoidance
 - `segments`: distances between points and segments
-- `outlines`: whether a closed outline crosses itself
 - `clearance`: clearance of two arms, bodies and all
 - `sweep`: whether a pair is clear over a whole step (first order)
 - `even_motion`: a lower bound of clearance over an interval of even motion (second order)

@@ -19,7 +19,8 @@ from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.bodies import Body, convex_pieces
+from fiberplan.focal_plane.bodies import Body
+from fiberplan.focal_plane.outlines import convex_pieces
 from fiberplan.plan import Outcome, Plan
 from fiberplan.tables.atomic import write_whole
 from fiberplan.visuals import style
