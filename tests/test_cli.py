@@ -18,6 +18,7 @@ from astropy.table import QTable, Table
 import fiberplan as fp
 from fiberplan.cli.app import run
 from fiberplan.cli.planner_options import FLAGS
+from fiberplan.errors import interrupted
 from fiberplan.scenes.uniform import uniform_field
 
 MARGIN = 0.8
@@ -456,6 +457,53 @@ def test_interrupt_is_one_line(folder, capsys, monkeypatch):
     monkeypatch.setattr(fp.Plan, "read", interrupted)
     assert run(["verify", "plan.fits"]) == 130
     assert capsys.readouterr().err == "fiberplan: error: interrupted\n"
+
+
+def test_interrupt_within_a_kernel_is_no_bug(folder, capsys, monkeypatch):
+    """Compiled code returns with the interrupt set, which CPython reports as a SystemError."""
+
+    def interrupted(path):
+        try:
+            raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+        except SystemError as error:
+            raise ValueError("while unboxing") from error
+
+    monkeypatch.setattr(fp.Plan, "read", interrupted)
+    assert run(["verify", "plan.fits"]) == 130
+    assert capsys.readouterr().err == "fiberplan: error: interrupted\n"
+
+
+def test_interrupted_looks_at_causes_contexts_and_groups():
+    def chained(error, **links):
+        for name, value in links.items():
+            setattr(error, name, value)
+        return error
+
+    pressed = KeyboardInterrupt()
+    assert interrupted(pressed)
+    assert interrupted(
+        chained(SystemError(), __cause__=ValueError(), __context__=chained(OSError(), __cause__=pressed))
+    )
+    assert interrupted(BaseExceptionGroup("several", [ValueError(), pressed]))
+    circle = ValueError()
+    assert not interrupted(chained(circle, __context__=chained(OSError(), __context__=circle)))
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.4, 0.9, 1.6])
+def test_interrupt_at_any_moment(folder, delay):
+    """While modules are imported, kernels loaded and goals searched for: one line, never a traceback."""
+    begun = "from fiberplan.cli import main; print('begun', flush=True); main()"
+    arguments = ["plan", "plane.fits", "field.ecsv", "--planner", "prioritized-roadmap", "-o", "plan.fits"]
+    command = [sys.executable, "-c", begun, *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, **pipes) as process:
+        process.stdout.readline()
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=120)
+    assert process.returncode in (130, 0, 1), err  # it may have been faster than the signal
+    if process.returncode == 130:
+        assert err.splitlines()[-1] == "fiberplan: error: interrupted"
 
 
 def test_interrupt_leaves_no_half_file(tmp_path):

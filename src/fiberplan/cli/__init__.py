@@ -4,6 +4,20 @@ Commands speak degrees, millimetres and seconds. Exit codes: 0 done, 1 the answe
 stderr, nothing written), 130 interrupted, 143 terminated.
 """
 
-from fiberplan.cli.app import main
+import sys
+
+from fiberplan.errors import interrupted
 
 __all__ = ["main"]
+
+
+def main() -> None:
+    """The ``fiberplan`` command."""
+    try:
+        from fiberplan.cli.app import run
+    except BaseException as error:  # Ctrl-C while the commands are imported
+        if not interrupted(error):
+            raise
+        print("fiberplan: error: interrupted", file=sys.stderr)
+        sys.exit(130)
+    sys.exit(run(sys.argv[1:]))

@@ -20,7 +20,7 @@ from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
 from fiberplan.cli.verify import verify
 from fiberplan.cli.warmup import warmup
-from fiberplan.errors import FiberplanError
+from fiberplan.errors import FiberplanError, interrupted
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -60,27 +60,32 @@ def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     try:
         code = app(args=list(arguments), prog_name="fiberplan", standalone_mode=False)
-    except KeyboardInterrupt:
-        code = INTERRUPTED
     except Ended as ended:
         complain("terminated")
         return 128 + ended.number
-    except FiberplanError as error:
-        complain(str(error))
-        return BAD_INPUT
-    except OSError as error:
-        complain(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
-        return BAD_INPUT
-    except Exception as error:
-        if hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
-            complain(error.format_message())
-            return BAD_INPUT
-        traceback.print_exc()
-        complain("this is a bug in fiberplan; the lines above say where")
-        return BUG
+    except (KeyboardInterrupt, Exception) as error:
+        return _explained(error)
     if code == INTERRUPTED:
         complain("interrupted")
     return code if isinstance(code, int) else 0
+
+
+def _explained(error: BaseException) -> int:
+    """Say on stderr what went wrong, and return the exit code for it."""
+    if interrupted(error):
+        complain("interrupted")
+        return INTERRUPTED
+    if isinstance(error, OSError):
+        complain(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
+    elif isinstance(error, FiberplanError):
+        complain(str(error))
+    elif hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
+        complain(error.format_message())
+    else:
+        traceback.print_exception(error)
+        complain("this is a bug in fiberplan; the lines above say where")
+        return BUG
+    return BAD_INPUT
 
 
 class Ended(BaseException):

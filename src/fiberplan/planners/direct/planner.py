@@ -13,7 +13,7 @@ from time import monotonic, process_time
 import numpy as np
 
 from fiberplan.certificates import proven_unreachable
-from fiberplan.errors import ProblemError
+from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
@@ -86,7 +86,9 @@ class Direct:
         try:
             search.begin()
             solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Exception) as error:
+            if not interrupted(error):
+                raise
             solved = False
         searched = process_time()
         if not solved:
