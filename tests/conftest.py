@@ -1,4 +1,7 @@
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +13,13 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.problem import Problem
 
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+def pytest_sessionstart(session):
+    """Compile once, before the workers start; a worker finds everything on disk, and so do the commands it starts."""
+    many = session.config.getoption("dist", "no") != "no" and not hasattr(session.config, "workerinput")
+    if many and os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
+        subprocess.run([sys.executable, Path(__file__).parent / "warm_up.py"], check=True, capture_output=True)
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import shapely
+from scipy.ndimage import label
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
@@ -200,6 +201,51 @@ def four_bar_plane(rng, n=3, shortest=(2.0, 8.0), longest=(25.0, 60.0), **others
     post = Obstacle("post", rng.uniform(-30, 30, (1, 2)), 1.0)
     fields = {"folded": folded, "zero": zero, "kinematics": bar, "fiber_offsets": {"tip": np.array([30.0, 0.5])}}
     return make_plane(base, bodies, (post,), length=length, **(fields | others))
+
+
+def cells_clear(plane, i, start, margin, size):
+    """Clearance at the middle of each cell of positioner i's joint ranges, to what never moves, less the margin.
+
+    Returns:
+        (excess (a, b) [mm], most that any body point moves between the middle of a cell and any other place in it
+        [mm], lower ends (2,) [rad], widths (2,) [rad]).
+    """
+    low, high = plane.lower[i], plane.upper[i]
+    count = np.maximum(1, np.ceil((high - low) / size)).astype(int)
+    width = (high - low) / count
+    alpha, beta = (low[d] + (np.arange(count[d]) + 0.5) * width[d] for d in (0, 1))
+    poses = np.stack(np.meshgrid(alpha, beta, indexing="ij"), axis=-1).reshape(-1, 2)
+    excess = np.full(len(poses), np.inf)
+    for j in range(plane.n + len(plane.obstacles)):
+        if j != i and (j >= plane.n or not plane.online[j]):
+            other = np.tile(start[j] if j < plane.n else np.zeros(2), (len(poses), 1))
+            excess = np.minimum(excess, sampled_clearance(plane, i, j, poses, other) - margin)
+    about_base = about_elbow = 0.0
+    for body in plane.bodies:
+        far = np.linalg.norm(body.points[i] if body.points.ndim == 3 else body.points, axis=1).max()
+        if body.link == "beta":
+            about_base, about_elbow = max(about_base, plane.length[i] + far), max(about_elbow, far)
+        elif body.link == "alpha":
+            about_base = max(about_base, far)
+    return excess.reshape(count), 0.5 * (about_base * width[0] + about_elbow * width[1]), low, width
+
+
+def _joined(free, structure, low, width, *ends):
+    cells, _ = label(free, structure=structure)
+    at = [cells[tuple(np.clip(((q - low) / width).astype(int), 0, np.array(free.shape) - 1))] for q in ends]
+    return at[0] == at[1] > 0
+
+
+def path_is_possible(plane, i, start, goal, margin, size=0.02):
+    """False only if no path leads past what never moves: it floods all cells of which any part may be free."""
+    excess, within, low, width = cells_clear(plane, i, start, margin, size)
+    return _joined(excess + within + 1e-6 >= 0, np.ones((3, 3)), low, width, start[i], goal)
+
+
+def path_is_certain(plane, i, start, goal, margin, size=0.02):
+    """True only if a path leads past what never moves: it floods only cells that are free as a whole."""
+    excess, within, low, width = cells_clear(plane, i, start, margin, size)
+    return _joined(excess - within - 1e-6 >= 0, None, low, width, start[i], goal)
 
 
 def motion_of(*knots):

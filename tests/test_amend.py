@@ -10,59 +10,12 @@ from fiberplan.errors import PlanError, ProblemError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import amend
+from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
+from problems import among_obstacles, crowded, field_to_field, hexagon, offline_across, unequal
 from references import make_plane, varied_plane
 
 STEP = np.radians(1.0)
-
-
-def line():
-    """Two positioners in a row along x."""
-    plane, names = hexagon(1), ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
-    return plane.replace(
-        ids=("P0", "P1"),
-        base=np.array([[0.0, 0.0], [22.4, 0.0]]),
-        fiber_offsets={"fiber": plane.fiber[:2]},
-        **{name: getattr(plane, name)[:2] for name in names},
-    )
-
-
-def hexagon(rings):
-    return fp.FocalPlane.hexagonal(rings, 22.4)
-
-
-def field_to_field(rings=4):
-    plane = hexagon(rings)
-    return fp.Problem(plane, uniform_field(plane, 0), uniform_field(plane, 100))
-
-
-def offline_across():
-    """An arm that cannot move lies across the others' ways; another stands folded."""
-    plane = hexagon(2)
-    plane = plane.replace(online=~np.isin(np.arange(plane.n), [9, 3]))
-    start = plane.folded.copy()
-    start[9] = np.radians([30.0, 10.0])
-    return fp.Problem(plane, start, uniform_field(plane, 4, start=start))
-
-
-def among_obstacles():
-    posts = tuple(Obstacle(f"post {k}", [[x, y]], 1.5) for k, (x, y) in enumerate([(11.2, 14.0), (-22.4, 13.0)]))
-    plane = hexagon(2).replace(obstacles=posts)
-    return fp.Problem(plane, plane.folded, uniform_field(plane, 5, 0.5), 0.5)
-
-
-def unequal():
-    """Speeds and arm lengths differ from positioner to positioner, and joints from each other."""
-    plane, rng = hexagon(3), np.random.default_rng(7)
-    speed = np.radians(rng.uniform(10.0, 40.0, (plane.n, 2)))
-    plane = plane.replace(max_speed=speed, length=7.4 + rng.uniform(-0.1, 0.1, plane.n))
-    return fp.Problem(plane, uniform_field(plane, 7, 0.2), uniform_field(plane, 8, 0.2), 0.2)
-
-
-def crowded():
-    """More than can be folded: some get stuck."""
-    plane = hexagon(6)
-    return fp.Problem(plane, plane.folded, uniform_field(plane, 3, 3.0), 3.0)
 
 
 def greedy(problem, relief="joint"):
@@ -159,7 +112,7 @@ def test_same_again(folds):
 
 def test_a_neighbour_that_has_arrived_makes_room_and_comes_back():
     """P1 stands at its goal, across the only way of P0 (alpha has ends): it has to leave and return."""
-    plane = line()
+    plane = row(2)
     start = np.radians([[345.0, 101.0], [133.0, 134.0]])
     plan, goal = still(plane, start), np.radians([199.0, 45.0])
     alone = Plan(
@@ -179,7 +132,7 @@ def test_a_neighbour_that_has_arrived_makes_room_and_comes_back():
 
 def test_one_without_a_target_stands_aside():
     """P1 rests where P0 is to go; it has no target, so it may end anywhere."""
-    plane = line()
+    plane = row(2)
     start = np.radians([[90.0, 170.0], [150.0, 60.0]])
     plan = still(plane, start, (Outcome.ARRIVED, Outcome.NO_TARGET))
     goal = np.radians([0.0, 0.0])
@@ -194,7 +147,7 @@ def test_one_without_a_target_stands_aside():
 def walled():
     """A wall reaches from the base of P0 outwards, and alpha cannot go around."""
     wall = Obstacle("wall", [[0.0, 3.0], [0.0, 30.0]], 0.5)
-    return line().replace(obstacles=(wall,))
+    return row(2).replace(obstacles=(wall,))
 
 
 def test_where_no_way_is_found_all_move_as_before_and_the_blocker_is_named():
@@ -244,7 +197,7 @@ def test_the_lost_stay_lost_and_may_be_sent_elsewhere(folds):
 
 
 def test_a_dropped_goal_is_replaced(tmp_path):
-    plane = line()
+    plane = row(2)
     start = np.radians([[90.0, 170.0], [90.0, 170.0]])
     goal = np.radians([[10.0, 10.0], [170.0, 10.0]])
     alternatives = np.full((2, 1, 2), np.nan)
@@ -265,7 +218,7 @@ def test_a_dropped_goal_is_replaced(tmp_path):
 
 def test_time_may_grow_by_what_is_allowed():
     """Beside one that nearly fills its patrol zone, the joints' time is not enough; more of it is."""
-    plane = line()
+    plane = row(2)
     start = np.radians([[263.0, 81.0], [204.0, 167.0]])
     plan, goal = still(plane, start), np.radians([352.0, 80.0])
     short, long = amend(plan, 0, goal), amend(plan, 0, goal, longer=3.0)
@@ -306,7 +259,7 @@ def test_bad_time(folds, longer):
 
 
 def test_a_goal_that_touches_another_is_refused():
-    plane = line()
+    plane = row(2)
     start = np.radians([[90.0, 170.0], [150.0, 60.0]])
     with pytest.raises(ProblemError, match=r"goal: positioner 'P0' and positioner 'P1' overlap by 3\.001 mm") as error:
         amend(still(plane, start), 0, (0.0, 0.0))

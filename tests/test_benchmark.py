@@ -17,6 +17,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.kernels.clearance import clearances
 from fiberplan.plan import Plan
+from fiberplan.scenes import decisive
 from runs import reversals, run, summary
 from scenes import SCENES, sdss, small
 
@@ -82,7 +83,7 @@ def test_small_scenes_are_decisive(scene):
 
 def test_pinwheel_has_no_first():
     """Whoever goes first ends in another's way: no order of one after the other does it."""
-    problem = small.pinwheel(0, NOWHERE)
+    problem = decisive.pinwheel()
     for i in range(3):
         first = problem.start.copy()
         first[i] = problem.goal[i]
@@ -91,7 +92,7 @@ def test_pinwheel_has_no_first():
 
 def test_aside_has_to_leave_its_target():
     """With the first arm at rest the second cannot get there, on a grid of 1 deg that ignores what is between."""
-    problem = small.aside(0, NOWHERE)
+    problem = decisive.aside()
     np.testing.assert_array_equal(problem.start[0], problem.goal[0])
     poses = np.radians(np.stack(np.mgrid[0:361, 0:181], axis=-1).reshape(-1, 2).astype(float))
     near = Neighbourhood.of(problem.plane, 0.0)
@@ -171,7 +172,7 @@ def test_cases_of_moons(shared_data):
 
 
 def test_a_run_says_what_the_plan_says():
-    problem = small.exchange(0, NOWHERE)
+    problem = decisive.exchange()
     planner = fp.planners.GreedyFold(**settings.settings("greedy-fold", problem.plane))
     done, plan = run(7, problem, planner), planner.plan(problem)
     assert (done.seed, done.targets, done.arrived, done.faults) == (7, 2, 2, ())
@@ -183,14 +184,14 @@ def test_a_run_says_what_the_plan_says():
 
 
 def test_an_unsafe_plan_is_not_certified():
-    done = run(0, small.exchange(0, NOWHERE), Straight())
+    done = run(0, decisive.exchange(), Straight())
     assert not done.certified
     assert "contacts" in done.faults[0]
     assert summary([done])["certified"] == "1 not"
 
 
 def test_a_crash_is_not_a_refusal():
-    problem = small.exchange(0, NOWHERE)
+    problem = decisive.exchange()
     crashed, refused = run(0, problem, Broken()), run(1, problem, Broken(ProblemError))
     assert crashed.crashed.startswith("IndexError: of no use (test_benchmark.py, line ")
     assert refused.refused.startswith("of no use")
@@ -201,7 +202,7 @@ def test_a_crash_is_not_a_refusal():
 
 def test_losses_are_counted_apart():
     """Two goals of three that touch: one is dropped, and it is neither planner's nor proof's."""
-    plane = small.few(np.array([[0.0, 0.0], [22.4, 0.0], [80.0, 0.0]]))
+    plane = decisive.few(np.array([[0.0, 0.0], [22.4, 0.0], [80.0, 0.0]]))
     goal = np.radians([[0.0, 0.0], [180.0, 0.0], [0.0, 90.0]])
     problem = fp.Problem(plane, plane.folded, goal, priority=np.array([1.0, 2.0, 1.0]), conflicts="drop")
     done = run(0, problem, fp.planners.GreedyFold(step=0.02))
@@ -210,7 +211,7 @@ def test_losses_are_counted_apart():
 
 
 def test_arms_that_cannot_move_do_not_count_for_clearance():
-    plane = small.few(np.array([[0.0, 0.0], [22.4, 0.0], [44.8, 0.0]]))
+    plane = decisive.few(np.array([[0.0, 0.0], [22.4, 0.0], [44.8, 0.0]]))
     plane = plane.replace(online=np.array([False, False, True]))
     start = np.radians([[0.0, 0.0], [180.0, 0.0], [0.0, 180.0]])  # the first two lie across each other
     done = run(0, fp.Problem(plane, start, start), fp.planners.GreedyFold(step=0.02))
@@ -219,7 +220,7 @@ def test_arms_that_cannot_move_do_not_count_for_clearance():
 
 
 def test_worst_and_median():
-    done = run(0, small.aside(0, NOWHERE), fp.planners.GreedyFold(step=0.02))
+    done = run(0, decisive.aside(), fp.planners.GreedyFold(step=0.02))
     runs = [replace(done, makespan=ratio * done.bound, cpu=ratio) for ratio in (1.0, 5.0, 2.0)]
     row = summary(runs)
     assert (row["over bound"], row["worst"]) == pytest.approx((2.0, 5.0))

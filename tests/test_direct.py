@@ -8,37 +8,18 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.plan import Outcome
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.scenes.decisive import pinwheel, row
 from fiberplan.scenes.uniform import uniform_field
+from problems import field_to_field, hexagon
 
 DEG = np.pi / 180.0
-
-
-def hexagon(rings=2, **changes):
-    return fp.FocalPlane.hexagonal(rings, 22.4, **changes)
-
-
-def pair():
-    """Two neighbouring positioners in a row."""
-    plane = hexagon(1)
-    middle = np.array([2, 3])
-    fields = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
-    return plane.replace(
-        ids=("left", "right"),
-        fiber_offsets={"fiber": plane.fiber[middle]},
-        **{name: getattr(plane, name)[middle] for name in fields},
-    )
-
-
-def field_to_field(margin=0.0, rings=5, seed=0):
-    plane = hexagon(rings)
-    return fp.Problem(plane, uniform_field(plane, seed, margin), uniform_field(plane, seed + 100, margin), margin)
 
 
 @pytest.mark.parametrize("margin", [0.0, 1.0])
 def test_straight_is_close_to_the_bound(margin):
     """Everyone arrives, in much less than by way of folded."""
     for seed in range(3):
-        problem = field_to_field(margin, seed=seed)
+        problem = field_to_field(margin, rings=5, seed=seed)
         plan = fp.planners.Direct().plan(problem)
         assert plan.faults() == []
         assert len(plan.lost) == 0
@@ -47,7 +28,7 @@ def test_straight_is_close_to_the_bound(margin):
 
 
 def test_few_knots_and_no_dithering():
-    problem = field_to_field(1.0)
+    problem = field_to_field(1.0, rings=5)
     plan = fp.planners.Direct().plan(problem)
     assert len(plan.trajectory.times) < 7 * problem.n
     owner = np.repeat(np.arange(problem.n), np.diff(plan.trajectory.offsets))
@@ -84,7 +65,7 @@ def test_standing_still():
 
 def test_one_without_a_goal_makes_room():
     """It stands across the other's goal; it has to go, anywhere."""
-    plane = pair()
+    plane = row(2)
     start = np.radians([[120.0, 60.0], [180.0, 0.0]])
     goal = np.radians([[0.0, 0.0], [np.nan, np.nan]])
     problem = fp.Problem(plane, start, goal)
@@ -95,7 +76,7 @@ def test_one_without_a_goal_makes_room():
 
 
 def test_one_without_a_goal_stays_where_it_is_in_nobodys_way():
-    plane = pair()
+    plane = row(2)
     start = np.radians([[120.0, 60.0], [0.0, 60.0]])
     goal = np.radians([[150.0, 90.0], [np.nan, np.nan]])
     plan = fp.planners.Direct().plan(fp.Problem(plane, start, goal))
@@ -123,7 +104,7 @@ def test_no_way_past_obstacles_is_given_up_with_their_names():
 def test_the_one_that_matters_less_is_given_up(valued):
     """Stiff arms that sweep the same sector: either gets there, but the last one finds the other in its way."""
     ranges = {"lower": np.radians([[-90.0, 0.0], [40.0, 0.0]]), "upper": np.radians([[140.0, 1.0], [270.0, 1.0]])}
-    plane = pair().replace(folded=np.radians([[80.0, 0.0], [100.0, 0.0]]), **ranges)
+    plane = row(2).replace(folded=np.radians([[80.0, 0.0], [100.0, 0.0]]), **ranges)
     goal = np.radians([[-80.0, 0.0], [260.0, 0.0]])
     for alone in (0, 1):
         only = np.where((np.arange(2) == alone)[:, None], goal, np.nan)
@@ -153,7 +134,7 @@ def test_max_time_caps_the_makespan():
 
 def with_alternatives(extra):
     """One positioner whose target has a far solution, stated, and others."""
-    plane = pair().replace(lower=np.radians([[0.0, -180.0]] * 2), upper=np.radians([[400.0, 180.0]] * 2))
+    plane = row(2).replace(lower=np.radians([[0.0, -180.0]] * 2), upper=np.radians([[400.0, 180.0]] * 2))
     start = np.radians([[0.0, 90.0], [0.0, 90.0]])
     goal = np.radians([[370.0, 60.0], [20.0, 90.0]])
     return plane, start, goal, np.radians(np.array(extra, float))
@@ -251,18 +232,6 @@ def test_settings_are_checked(settings, said):
 
 def test_three_that_only_move_together():
     """Each goal is across another's start, around in a ring: no two can do it while the third stands anywhere."""
-    around = np.radians([90.0, 210.0, 330.0])
-    plane = hexagon(1)
-    first = slice(0, 3)
-    fields = ("length", "folded", "lower", "upper", "max_speed", "online")
-    plane = plane.replace(
-        ids=("P0", "P1", "P2"),
-        base=22.4 / np.sqrt(3.0) * np.stack([np.cos(around), np.sin(around)], axis=1),
-        zero=np.stack([around, np.zeros(3)], axis=1),
-        fiber_offsets={"fiber": plane.fiber[first]},
-        **{name: getattr(plane, name)[first] for name in fields},
-    )
-    start, goal = np.tile(np.radians([118.0, 11.0]), (3, 1)), np.tile(np.radians([188.0, 54.0]), (3, 1))
-    plan = fp.planners.Direct().plan(fp.Problem(plane, start, goal))
+    plan = fp.planners.Direct().plan(pinwheel())
     assert plan.faults() == []
     assert set(plan.outcomes) == {Outcome.ARRIVED}

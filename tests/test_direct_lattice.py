@@ -19,8 +19,10 @@ from fiberplan.planners.direct.pairs import look_at_pair, move_together, steps_a
 from fiberplan.planners.direct.repair import make_scratch
 from fiberplan.planners.direct.single import replan
 from fiberplan.planners.direct.trim import as_trajectory
+from fiberplan.scenes.decisive import exchange
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
+from problems import part
 
 DEG = np.pi / 180.0
 
@@ -28,13 +30,7 @@ DEG = np.pi / 180.0
 def row_of(n, pitch=22.4, **changes):
     """Positioners in a row along x, with joint ranges small enough to enumerate."""
     plane = fp.FocalPlane.hexagonal(3, pitch, **changes)
-    middle = np.flatnonzero(np.abs(plane.base[:, 1]) < 1e-9)[:n]
-    fields = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
-    return plane.replace(
-        ids=tuple(f"P{k}" for k in range(n)),
-        fiber_offsets={"fiber": plane.fiber[middle]},
-        **{name: getattr(plane, name)[middle] for name in fields},
-    )
+    return part(plane, np.flatnonzero(np.abs(plane.base[:, 1]) < 1e-9)[:n])
 
 
 def two_arms():
@@ -221,17 +217,10 @@ def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch
     return move_together(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state)
 
 
-def exchange():
-    """Each arm starts where the other one's way to its goal leads."""
-    plane = row_of(2)
-    start = np.radians([[281.0, 115.0], [218.0, 35.0]])
-    goal = np.radians([[135.0, 169.0], [29.0, 39.0]])
-    return plane, start, goal
-
-
 @pytest.mark.parametrize("turn", [36.0, 30.0])
 def test_pairs_need_as_many_steps_as_breadth_first_says(turn):
-    plane, start, goal = exchange()
+    problem = exchange()
+    plane, start, goal = problem.plane, problem.start, problem.goal
     lattice = lattice_of(plane, start, goal, turn * DEG, 3)
     scratch = make_scratch(lattice)
     expected = joint_steps(plane, lattice, SLACK, 30)
@@ -328,7 +317,8 @@ def test_contact_between_nodes_is_found():
 
 
 def test_all_contacts_and_knots():
-    plane, start, goal = exchange()
+    problem = exchange()
+    plane, start, goal = problem.plane, problem.start, problem.goal
     lattice = lattice_of(plane, start, goal, 12 * DEG, 20)
     for k in range(21):
         lattice.path[:2, k] = start + min(k, 10) / 10 * (goal - start)

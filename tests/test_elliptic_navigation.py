@@ -17,19 +17,9 @@ from fiberplan.planners.elliptic_navigation.relief import AWAY, GOING, RESTING, 
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.elliptic_navigation.zones import circles, elliptic_zones
 from fiberplan.scenes.uniform import uniform_field
+from problems import part
 
-PER_POSITIONER = ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
 ALONE = EllipticNavigationFunction(relief="none")
-
-
-def part(plane, who):
-    """Some positioners of an array."""
-    return plane.replace(
-        ids=tuple(plane.ids[i] for i in who),
-        base=plane.base[who],
-        fiber_offsets={name: offset[who] for name, offset in plane.fiber_offsets.items()},
-        **{name: getattr(plane, name)[who] for name in PER_POSITIONER},
-    )
 
 
 def nearest_to_the_middle(count, name="makarem2016"):

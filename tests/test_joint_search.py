@@ -10,6 +10,7 @@ from fiberplan.planners.shared.clusters import clusters
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.planners.shared.straighten import straighten
+from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 
 DEG = np.pi / 180.0
@@ -17,14 +18,7 @@ DEG = np.pi / 180.0
 
 def two():
     """Two positioners side by side."""
-    row = fp.FocalPlane.hexagonal(1, 22.4)
-    names = ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
-    plane = row.replace(
-        ids=("left", "right"),
-        base=np.array([[0.0, 0.0], [22.4, 0.0]]),
-        fiber_offsets={"fiber": row.fiber[:2]},
-        **{name: getattr(row, name)[:2] for name in names},
-    )
+    plane = row(2)
     return plane, np.array([0, 1])
 
 

@@ -1,4 +1,4 @@
-"""Promises that every planner keeps, on scenes where straight motion fails; and the smallest decisive ones."""
+"""The fold hub: its walk, its reliefs, and whom it gives up; what all planners promise is in test_promises."""
 
 import numpy as np
 import pytest
@@ -8,172 +8,14 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
-from fiberplan.planners import PLANNERS
 from fiberplan.planners.greedy_fold.joint_relief import Fold
 from fiberplan.planners.greedy_fold.losses import Losses
+from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
+from problems import crowded, field_to_field, from_folded, hexagon
 
 DEG = np.pi / 180.0
 COARSE = {"step": 1.0 * DEG}
-SHORT = {"grid": (4, 3), "dt": 1.0, "collision_dt": 0.25, "max_time": 25.0, "orders": 1, "early_abort": True}
-FUTURE_WORK = ("garages", "continuous")
-
-
-def hexagon(rings=2, **changes):
-    return fp.FocalPlane.hexagonal(rings, 22.4, **changes)
-
-
-def line(n=2, pitch=22.4):
-    """Positioners in a row along x."""
-    return hexagon(1).replace(
-        ids=tuple(f"P{k}" for k in range(n)),
-        base=np.stack([pitch * np.arange(n), np.zeros(n)], axis=1),
-        **{
-            name: getattr(hexagon(1), name)[:n]
-            for name in ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
-        },
-        fiber_offsets={"fiber": hexagon(1).fiber[:n]},
-    )
-
-
-def exchange():
-    """Two arms of which one has to make room for the other."""
-    plane = line()
-    start = np.array([[281.0, 115.0], [218.0, 35.0]]) * DEG
-    goal = np.array([[135.0, 169.0], [29.0, 39.0]]) * DEG
-    return fp.Problem(plane, start, goal)
-
-
-def field_to_field(margin=0.0, rings=4, seed=0):
-    plane = hexagon(rings)
-    return fp.Problem(plane, uniform_field(plane, seed, margin), uniform_field(plane, seed + 100, margin), margin)
-
-
-def from_folded(margin=0.0, rings=4, seed=0, **changes):
-    plane = hexagon(rings).replace(**changes)
-    return fp.Problem(plane, plane.folded, uniform_field(plane, seed, margin), margin)
-
-
-def offline_across():
-    """An arm that cannot move lies across the others' ways; another stands folded."""
-    plane = hexagon(2)
-    online = np.ones(plane.n, bool)
-    online[[9, 3]] = False
-    plane = plane.replace(online=online)
-    start = plane.folded.copy()
-    start[9] = np.radians([30.0, 10.0])
-    return fp.Problem(plane, start, uniform_field(plane, 4, 0.0, start=start), 0.0)
-
-
-def among_obstacles():
-    posts = tuple(Obstacle(f"post {k}", [[x, y]], 1.5) for k, (x, y) in enumerate([(11.2, 14.0), (-22.4, 13.0)]))
-    wall = Obstacle("wall", [[-60.0, 52.0], [60.0, 52.0], [60.0, 54.0], [-60.0, 54.0]], closed=True)
-    plane = hexagon(2).replace(obstacles=(*posts, wall))
-    return fp.Problem(plane, plane.folded, uniform_field(plane, 5, 0.5), 0.5)
-
-
-def park_in_range():
-    """SDSS parks at (10, 170) deg, within the joints' ranges."""
-    plane = hexagon(3, folded=np.radians([10.0, 170.0]))
-    return fp.Problem(plane, plane.folded, uniform_field(plane, 6, 0.0), 0.0)
-
-
-def unequal():
-    """Speeds and arm lengths differ from positioner to positioner, and joints from each other."""
-    plane = hexagon(3)
-    rng = np.random.default_rng(7)
-    speed = np.radians(rng.uniform(10.0, 40.0, (plane.n, 2)))
-    plane = plane.replace(max_speed=speed, length=7.4 + rng.uniform(-0.1, 0.1, plane.n))
-    return fp.Problem(plane, uniform_field(plane, 7, 0.2), uniform_field(plane, 8, 0.2), 0.2)
-
-
-def crowded():
-    """More than can be folded: some get stuck."""
-    return from_folded(margin=3.0, rings=6, seed=3)
-
-
-def some_without_goal():
-    problem = field_to_field(seed=2)
-    goal = problem.goal.copy()
-    goal[::3] = np.nan
-    return fp.Problem(problem.plane, problem.start, goal, 0.0)
-
-
-SCENES = [
-    exchange,
-    field_to_field,
-    from_folded,
-    offline_across,
-    among_obstacles,
-    park_in_range,
-    unequal,
-    crowded,
-    some_without_goal,
-]
-SETTINGS = {
-    "direct": [{}],
-    "greedy-fold": [{"relief": relief, **COARSE} for relief in ("joint", "reverse", "replace", "none")],
-    "elliptic-navigation-function": [{"relief": relief} for relief in ("layers", "none")],
-    "prioritized-roadmap": [SHORT, SHORT | dict.fromkeys(FUTURE_WORK, True)],
-    "navigation-function": [{"mode": mode, "D": 6.0, "d": 3.0, "dt": 0.04} for mode in ("repaired", "literal")],
-}
-VARIANTS = [
-    pytest.param(name, settings, id="-".join([name, *(str(v) for v in settings.values() if isinstance(v, str))]))
-    for name in PLANNERS
-    for settings in SETTINGS[name]
-]
-
-
-def densely_sampled(plan, count=1500):
-    """Smallest clearance seen at many times, between positioners of which one can move [mm]."""
-    plane = plan.problem.plane
-    moves = plane.online[plane.pairs].any(axis=1)
-    times = np.linspace(0.0, plan.makespan, count)
-    return min(plane.clearance(plan.trajectory.at(t))[moves].min() for t in times)
-
-
-@pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.__name__)
-@pytest.mark.parametrize(("name", "settings"), VARIANTS)
-def test_promises(name, scene, settings):
-    """Starts at the start, is certified safe even when incomplete, reaches what it says, names every loss."""
-    problem = scene()
-    planner = PLANNERS[name](**settings)
-    plan = planner.plan(problem)
-    plane = problem.plane
-    assert plan.planner == name == planner.name
-    assert planner.reference
-    np.testing.assert_allclose(plan.trajectory.start, problem.start, atol=1e-12)
-    assert plan.certificate.ok, (plan.certificate.contacts, plan.certificate.undecided, plan.certificate.violations)
-    assert plan.faults() == []
-    assert densely_sampled(plan) >= problem.margin
-    for i, outcome in enumerate(plan.outcomes):
-        arrived = np.allclose(plan.trajectory.end[i], problem.goal[i], atol=1e-9)
-        if outcome is Outcome.ARRIVED:
-            assert arrived
-        elif outcome is Outcome.NO_TARGET:
-            assert np.isnan(problem.requested[i, 0])
-        elif outcome is Outcome.OFFLINE:
-            assert not plane.online[i]
-        else:
-            assert i in plan.lost
-    again = planner.plan(problem)
-    for field in ("offsets", "times", "angles"):
-        np.testing.assert_array_equal(getattr(again.trajectory, field), getattr(plan.trajectory, field))
-    assert again.outcomes == plan.outcomes
-
-
-def test_scenes_are_decisive():
-    """Straight synchronized motion touches in every scene, so that a planner has something to do."""
-    for scene in SCENES:
-        problem = scene()
-        goal = np.where(np.isnan(problem.goal), problem.start, problem.goal)
-        times = [0.0, plan_time(problem, goal)]
-        straight = fp.Trajectory.from_samples(times, np.stack([problem.start, goal]))
-        assert fp.verify(problem.plane, straight, problem.margin).contacts, scene.__name__
-
-
-def plan_time(problem, goal):
-    return float((np.abs(goal - problem.start) / problem.plane.max_speed).max()) * 1.001
 
 
 @pytest.mark.parametrize("step", [3.0, 1.0, 0.1])
@@ -191,7 +33,7 @@ def test_few_knots():
 
 
 def test_lower_bound_is_the_slowest_joint():
-    plane = line(1)
+    plane = row(1)
     goal = np.radians([[90.0, 60.0]])
     plan = fp.planners.GreedyFold(**COARSE).plan(fp.Problem(plane, plane.folded, goal))
     assert plan.lower_bound == pytest.approx(4.0)  # beta turns 120 deg at 30 deg/s
@@ -240,7 +82,7 @@ def test_joint_relief_loses_less():
 @pytest.mark.parametrize("valued", [0, 1])
 def test_the_one_that_matters_less_is_given_up(valued):
     """Of two that are stuck with each other the one of lower priority loses its goal, whichever that is."""
-    plane = line()
+    plane = row(2)
     priority = np.array([1.0, 1.0])
     priority[valued] = 5.0
     goal = np.radians([[60.0, 90.0], [60.0, 90.0]])
@@ -258,7 +100,7 @@ def test_the_one_that_matters_less_is_given_up(valued):
 
 def test_a_start_that_cannot_fold_is_held():
     """An arm boxed in by offline ones stays where it is, by name, and the others still go."""
-    plane = line(3)
+    plane = row(3)
     online = np.array([False, True, True])
     start = np.radians([[300.0, 60.0], [0.0, 180.0], [0.0, 180.0]])
     plane = plane.replace(online=online, upper=np.radians([[360.0, 180.0]] * 3))
@@ -307,7 +149,7 @@ def test_joints_without_limits(relief):
 
 def test_dropped_goal_stands_elsewhere():
     """A dropped positioner must not stay folded where it would touch a neighbour's goal."""
-    plane = line(2)
+    plane = row(2)
     goal = np.radians([[0.0, 0.0], [180.0, 0.0]])  # both reach across: they overlap
     problem = fp.Problem(plane, plane.folded, goal, 0.5, conflicts="drop", priority=np.array([1.0, 2.0]))
     assert list(problem.dropped) == [0]

@@ -2,6 +2,7 @@
 
 - `plan`: a motion that is safe as it stands, with an `Outcome` for every positioner
 - `outcomes`: what every planner says alike: outcomes that the problem settles, and who was in the way
+- `seeds`: which seeds there are
 - `diagnosis`: who did not arrive and why, what set the duration, how often joints turn back
 """
 
