@@ -9,8 +9,6 @@ from fiberplan.scenes import decisive
 from fiberplan.scenes.decisive import PITCH
 from fiberplan.scenes.uniform import uniform_field
 
-PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
-
 
 def hexagon(rings=2, **changes):
     return fp.FocalPlane.hexagonal(rings, PITCH, **changes)
