@@ -34,9 +34,7 @@ def bodies(parts: Sequence[BodyPart], values: PositionerValues, folder: FilePath
         InstrumentError: a table or outline that cannot be used.
     """
     made = []
-    files = {
-        part.outlines for part in parts if part.outlines is not None
-    }  # one may hold the outlines of several bodies
+    files = {part.outlines for part in parts if part.outlines is not None}  # one file may serve several bodies
     tables = {name: read_table(folder / name, InstrumentError) for name in sorted(files)}
     for k, part in enumerate(parts):
         points, common = _outlines(k, part, values, tables)
