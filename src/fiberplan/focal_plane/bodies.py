@@ -12,6 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from fiberplan.arrays import Frozen, number, read_only, shortened
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.outlines import convex_pieces
 
@@ -20,7 +21,7 @@ LINKS = {"base": 0, "alpha": 1, "beta": 2, "rocker": 3}
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(Frozen):
     """A rounded shape on one link of every positioner.
 
     Raises:
@@ -37,14 +38,17 @@ class Body:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _points(self.points, self.name, (2, 3)))
-        radius = np.array(self.radius, float)
+        radius = read_only(self.radius, float, "mm", f"body '{self.name}': radius", InstrumentError)
         if radius.ndim > 1 or not np.all(np.isfinite(radius) & (radius >= 0)):
             raise InstrumentError(f"body '{self.name}': radius {self.radius} is not a length of 0 mm or more")
-        radius.setflags(write=False)
         object.__setattr__(self, "radius", radius)
         _check_meets(self.meets, self.name)
         if self.link not in LINKS:
             raise InstrumentError(f"body '{self.name}': link '{self.link}' is none of {', '.join(LINKS)}")
+
+    def __repr__(self) -> str:
+        radius = "own radii" if np.ndim(self.radius) else f"radius {float(self.radius):g} mm"
+        return f"<Body '{shortened(self.name)}' on {self.link}: {self.points.shape[-2]} points, {radius}>"
 
     def subset(self, who: np.ndarray) -> "Body":
         """The same body as the positioners `who` (k,) have it."""
@@ -67,7 +71,7 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacle:
+class Obstacle(Frozen):
     """A rounded shape fixed to the focal plane: a fiducial, a guide camera, a petal edge.
 
     Raises:
@@ -83,9 +87,14 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _points(self.points, self.name, (2,)))
+        radius = number(self.radius, "mm", f"obstacle '{self.name}': radius", InstrumentError)
+        object.__setattr__(self, "radius", radius)
         if not (np.isfinite(self.radius) and self.radius >= 0):
             raise InstrumentError(f"obstacle '{self.name}': radius {self.radius} is not a length of 0 mm or more")
         _check_meets(self.meets, self.name)
+
+    def __repr__(self) -> str:
+        return f"<Obstacle '{shortened(self.name)}': {len(self.points)} points, radius {self.radius:g} mm>"
 
     def meeting(self, there: Collection[str]) -> "Obstacle":
         """The same obstacle, meeting only categories that are `there`: a focal plane refuses to name others."""
@@ -113,8 +122,7 @@ def _check_meets(meets: tuple[str, ...] | None, name: str) -> None:
 
 def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.ndarray:
     """`points` as a read-only float array of one of the given dimensions, the last of size 2."""
-    array = np.array(points, float)
+    array = read_only(points, unit="mm", name=f"'{name}': points", error=InstrumentError)
     if array.ndim not in dimensions or array.shape[-1] != 2 or array.shape[-2] == 0 or not np.all(np.isfinite(array)):
         raise InstrumentError(f"'{name}': points must be finite and of shape (k, 2), got shape {array.shape}")
-    array.setflags(write=False)
     return array

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, FrozenDict, number, plain, read_only, shortened, texts
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.compiled_arms import compile_arms
@@ -30,10 +30,11 @@ from fiberplan.registry import io_function
 
 TURN = 2 * np.pi
 _PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
+_UNITS = {"base": "mm", "length": "mm", "max_speed": "rad/s", "online": ""}  # of the others rad
 
 
 @dataclass(frozen=True, eq=False)
-class FocalPlane:
+class FocalPlane(Frozen):
     """An array of two-joint positioners with obstacles.
 
     Raises:
@@ -63,24 +64,42 @@ class FocalPlane:
     recommended_margin: float | None = None  #: the margin to take where none is asked for [mm]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "ids", texts(self.ids, f"{self.name}: ids", InstrumentError))
         n = len(self.ids)
         defaults = {"zero": np.zeros((n, 2)), "online": np.ones(n, bool)}
         shapes = {"base": (n, 2), "length": (n,), "folded": (n, 2), "lower": (n, 2), "upper": (n, 2)}
         shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)}
         for name, shape in shapes.items():
             value = getattr(self, name)
-            value = read_only(defaults[name] if value is None else value, bool if name == "online" else np.float64)
+            dtype = bool if name == "online" else np.float64
+            label, unit = f"{self.name}: {name}", _UNITS.get(name, "rad")
+            value = read_only(defaults[name] if value is None else value, dtype, unit, label, InstrumentError)
             if value.shape != shape:
                 raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "ids", tuple(str(i) for i in self.ids))
-        offsets = {name: read_only(np.broadcast_to(value, (n, 2))) for name, value in self.fiber_offsets.items()}
-        object.__setattr__(self, "fiber_offsets", offsets)
+        for name in ("pair_margin", "field_radius"):
+            value = number(getattr(self, name), "mm", f"{self.name}: {name}", InstrumentError)
+            object.__setattr__(self, name, value)
+        offsets = {name: self._offset(name, value) for name, value in self.fiber_offsets.items()}
+        object.__setattr__(self, "fiber_offsets", FrozenDict(offsets))
         object.__setattr__(self, "bodies", tuple(self.bodies))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
         object.__setattr__(self, "aliases", tuple(str(name) for name in self.aliases))
         object.__setattr__(self, "assumptions", tuple(self.assumptions))
         self._validate()
+
+    def _offset(self, name: str, value: Any) -> np.ndarray:
+        label = f"{self.name}: fiber '{name}'"
+        given = read_only(value, unit="mm", name=label, error=InstrumentError)
+        if given.shape not in ((2,), (1, 2), (self.n, 2)):
+            raise InstrumentError(f"{label} must have shape ({self.n}, 2) or (2,), got {given.shape}")
+        return read_only(np.broadcast_to(given, (self.n, 2)))
+
+    def __repr__(self) -> str:
+        parts = (self.n, "positioner"), (len(self.bodies), "body"), (len(self.obstacles), "obstacle")
+        plural = {"body": "bodies"}
+        listed = ", ".join(f"{k} {what if k == 1 else plural.get(what, f'{what}s')}" for k, what in parts)
+        return f"<FocalPlane '{shortened(self.name)}': {listed}>"
 
     def _validate(self) -> None:
         if not self.n:
@@ -224,11 +243,11 @@ class FocalPlane:
 
     def links(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions of both links (n,) [rad] at commanded `angles` (n, 2) [rad]."""
-        return self.kinematics.links(self, angles)
+        return self.kinematics.links(self, _angles(angles))
 
     def elbows(self, angles: np.ndarray) -> np.ndarray:
         """Elbow positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]."""
-        return self.kinematics.elbows(self, angles)
+        return self.kinematics.elbows(self, _angles(angles))
 
     def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
         """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
@@ -241,12 +260,13 @@ class FocalPlane:
         if fiber is not None and fiber not in self.fiber_offsets:
             raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
         offset = self.fiber if fiber is None else self.fiber_offsets[fiber]
+        angles = _angles(angles)
         _, second = self.links(angles)
         return self.elbows(angles) + rotated(offset, second)
 
     def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
         """(n,) whether commanded `angles` (n, 2) [rad] are forbidden within the joint ranges; NaN rows are not."""
-        return self.kinematics.in_avoidance(self, angles)
+        return self.kinematics.in_avoidance(self, _angles(angles))
 
     def avoidance(self, i: int, angles: np.ndarray) -> str:
         """What is wrong with positioner `i`, whose commanded angles (n, 2) [rad] lie in its zone of avoidance."""
@@ -276,13 +296,14 @@ class FocalPlane:
 
     def pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) positioners whose bodies could come within `gap` [mm], in O(n)."""
-        return read_only(neighbour_pairs(self.base, self.reach, float(gap)), np.int64)
+        gap = number(gap, "mm", "gap", InstrumentError)
+        return read_only(neighbour_pairs(self.base, self.reach, gap), np.int64)
 
     def obstacle_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
         boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
         box = read_only(np.array(boxes, float).reshape(-1, 4))
-        return read_only(box_pairs(self.base, self.reach, box, float(gap)), np.int64)
+        return read_only(box_pairs(self.base, self.reach, box, number(gap, "mm", "gap", InstrumentError)), np.int64)
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
@@ -296,7 +317,8 @@ class FocalPlane:
 
     def with_obstacles(self, angles: np.ndarray) -> np.ndarray:
         """`angles` (n, 2) followed by zeros for the obstacles, as the kernels take them."""
-        return read_only(np.concatenate([np.asarray(angles, float), np.zeros((len(self.obstacles), 2))]))
+        angles = np.asarray(_angles(angles), float)
+        return read_only(np.concatenate([angles, np.zeros((len(self.obstacles), 2))]))
 
     def clearance(self, angles: np.ndarray) -> np.ndarray:
         """(m,) clearance of each of `pairs` [mm] at commanded `angles` (n, 2) [rad]; NaN where an angle is."""
@@ -341,21 +363,38 @@ class FocalPlane:
         Raises:
             InstrumentError: rings below 0, or values that make no focal plane.
         """
+        pitch = number(pitch, "mm", "pitch", InstrumentError)
+        links = read_only(lengths, unit="mm", name="lengths", error=InstrumentError)
+        if links.shape != (2,):
+            raise InstrumentError(f"lengths must be those of both links, got shape {links.shape}")
         if rings < 0 or not pitch > 0:
             raise InstrumentError(f"a hexagon needs rings >= 0 and pitch > 0, got {rings} and {pitch}")
         ids, base = hexagonal_grid(rings, pitch)
         n = len(ids)
         if bodies is None:
-            bodies = (Body(np.array([[0.0, 0.0], [lengths[1], 0.0]]), radius),)
+            bodies = (Body(np.array([[0.0, 0.0], [links[1], 0.0]]), radius),)
         return cls(
             ids=ids,
             base=base,
-            length=np.full(n, float(lengths[0])),
-            fiber_offsets={"fiber": np.array([lengths[1], 0.0])},
-            folded=np.tile(np.asarray(folded, float), (n, 1)),
-            lower=np.tile(np.asarray(lower, float), (n, 1)),
-            upper=np.tile(np.asarray(upper, float), (n, 1)),
-            max_speed=np.tile(np.broadcast_to(np.asarray(max_speed, float), 2), (n, 1)),
+            length=np.full(n, links[0]),
+            fiber_offsets={"fiber": np.array([links[1], 0.0])},
+            folded=_joint_values(folded, n, "folded"),
+            lower=_joint_values(lower, n, "lower"),
+            upper=_joint_values(upper, n, "upper"),
+            max_speed=_joint_values(max_speed, n, "max_speed"),
             bodies=tuple(bodies),
             name=name,
         )
+
+
+def _angles(angles: Any) -> Any:
+    """Angles in rad, if they have a unit."""
+    return plain(angles, "rad", "angles", InstrumentError)
+
+
+def _joint_values(values: Any, n: int, name: str) -> np.ndarray:
+    """(n, 2) the same for every positioner, and one for both joints if there is only one."""
+    given = read_only(values, unit=_UNITS.get(name, "rad"), name=name, error=InstrumentError)
+    if given.shape not in ((), (1,), (2,)):
+        raise InstrumentError(f"{name} must be of one or both joints, got shape {given.shape}")
+    return np.tile(np.broadcast_to(given, 2), (n, 1))

@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, plain, read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.kinematics import Mounted
 from fiberplan.focal_plane.two_link import along, rotated
@@ -30,7 +30,7 @@ _UNITS = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "o
 
 
 @dataclass(frozen=True, eq=False)
-class FourBar:
+class FourBar(Frozen):
     """What an array of four-bar arms has beyond base, first link and fiber.
 
     Raises:
@@ -52,9 +52,11 @@ class FourBar:
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
-            values = read_only(np.atleast_1d(getattr(self, field.name)))
+            name = f"four-bar {field.name}"
+            given = plain(getattr(self, field.name), _UNITS[field.name], name, InstrumentError)
+            values = read_only(np.atleast_1d(given), name=name, error=InstrumentError)
             if values.ndim != 1 or values.shape != np.shape(self.spacing) or not np.isfinite(values).all():
-                raise InstrumentError(f"four-bar {field.name} must be one finite number for each arm")
+                raise InstrumentError(f"{name} must be one finite number for each arm")
             object.__setattr__(self, field.name, values)
         for name in ("spacing", "rocker"):
             self._refuse(~(getattr(self, name) > 0), name, "is not a positive length")
@@ -65,6 +67,9 @@ class FourBar:
         if np.any(bad):
             i = int(np.argmax(bad))
             raise InstrumentError(f"four-bar arm {i + 1}: {name} {getattr(self, name)[i]:.6g} mm {complaint}")
+
+    def __repr__(self) -> str:
+        return f"<FourBar: {len(self.spacing)} arms>"
 
     def check(self, n: int) -> None:
         """Refuse constants of another number of arms.

@@ -9,12 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, number, plain, read_only
 from fiberplan.errors import TrajectoryError
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Frozen):
     """Knots in joint space.
 
     Raises:
@@ -26,8 +26,9 @@ class Trajectory:
     angles: np.ndarray  #: (k, 2) commanded alpha, beta [rad]
 
     def __post_init__(self) -> None:
-        for name, dtype in (("offsets", np.int64), ("times", np.float64), ("angles", np.float64)):
-            object.__setattr__(self, name, read_only(getattr(self, name), dtype))
+        for name, dtype, unit in (("offsets", np.int64, ""), ("times", np.float64, "s"), ("angles", np.float64, "rad")):
+            array = read_only(getattr(self, name), dtype, unit, name, TrajectoryError)
+            object.__setattr__(self, name, array)
         offsets, times, angles = self.offsets, self.times, self.angles
         if offsets.ndim != 1 or len(offsets) < 1 or offsets[0] != 0 or offsets[-1] != len(times):
             raise TrajectoryError(f"offsets must run from 0 to the number of knots, {len(times)}")
@@ -46,6 +47,9 @@ class Trajectory:
         if np.any(steps <= 0):
             k = np.flatnonzero(steps <= 0)[0]
             raise TrajectoryError(f"positioner {self.owner[k]}: time does not increase after {times[k]} s")
+
+    def __repr__(self) -> str:
+        return f"<Trajectory: {len(self.times)} knots of {self.n} positioners, {self.duration:.6g} s>"
 
     @property
     def n(self) -> int:
@@ -79,6 +83,7 @@ class Trajectory:
 
     def at(self, t: float) -> np.ndarray:
         """Angles (n, 2) [rad] at time `t` [s]."""
+        t = number(t, "s", "t", TrajectoryError)
         if self.n == 0:
             return np.empty((0, 2))
         # the last knot at or before t, by a count per positioner
@@ -121,6 +126,7 @@ class Trajectory:
 
     def sampled(self, times: np.ndarray) -> np.ndarray:
         """Where everybody is (n, len(times), 2) [rad] at `times` [s]."""
+        times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
         out = np.empty((self.n, len(times), 2))
         for i in range(self.n):
             own_times, own_angles = self.knots(i)
@@ -143,8 +149,10 @@ class Trajectory:
         Raises:
             TrajectoryError: as for the class.
         """
+        times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
+        angles = np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)
         order = np.lexsort((times, owner))  # stable: knots at one time stay in the order given
-        owner, times, angles = np.asarray(owner)[order], np.asarray(times, float)[order], np.asarray(angles)[order]
+        owner, times, angles = np.asarray(owner)[order], times[order], angles[order]
         keep = np.ones(len(times), bool)
         keep[1:] = (owner[1:] != owner[:-1]) | (times[1:] > times[:-1])
         counts = np.bincount(owner[keep], minlength=n)
@@ -153,7 +161,8 @@ class Trajectory:
     @classmethod
     def from_samples(cls, times: np.ndarray, angles: np.ndarray) -> "Trajectory":
         """Knots for all positioners at the same `times` (k,) [s], `angles` (k, n, 2) [rad]."""
-        times, angles = np.asarray(times, float), np.asarray(angles, float)
+        times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
+        angles = np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)
         if angles.ndim != 3 or angles.shape[::2] != (len(times), 2):
             raise TrajectoryError(f"{len(times)} times need angles of shape ({len(times)}, n, 2), got {angles.shape}")
         n = angles.shape[1]
@@ -163,4 +172,4 @@ class Trajectory:
     @classmethod
     def at_rest(cls, angles: np.ndarray) -> "Trajectory":
         """No motion at all, at `angles` (n, 2) [rad]."""
-        return cls.from_samples(np.zeros(1), np.asarray(angles, float)[None])
+        return cls.from_samples(np.zeros(1), np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)[None])

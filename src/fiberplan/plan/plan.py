@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fiberplan.arrays import Frozen, FrozenDict, shortened
 from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
@@ -23,7 +24,7 @@ from fiberplan.tolerances import ARRIVAL
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Frozen):
     """A planned motion.
 
     Raises:
@@ -43,6 +44,9 @@ class Plan:
     interrupted: bool = False  #: by Ctrl-C or a deadline: what was best by then
 
     def __post_init__(self) -> None:
+        for name in ("parameters", "blockers", "timings"):
+            object.__setattr__(self, name, FrozenDict(getattr(self, name)))
+        object.__setattr__(self, "outcomes", tuple(self.outcomes))
         n = self.problem.n
         if len(self.outcomes) != n or self.trajectory.n != n:
             raise PlanError(f"{n} positioners, but {len(self.outcomes)} outcomes and {self.trajectory.n} motions")
@@ -120,6 +124,9 @@ class Plan:
             if not away[i] <= ARRIVAL:
                 faults.append(f"positioner '{plane.ids[i]}' is said to arrive but ends {away[i]:.4g} mm from its goal")
         return faults
+
+    def __repr__(self) -> str:
+        return f"<Plan of '{shortened(self.problem.plane.name)}' by {shortened(self.planner, 40)}: {self}>"
 
     def __str__(self) -> str:
         arrived = len(self.having(Outcome.ARRIVED))

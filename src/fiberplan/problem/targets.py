@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
@@ -20,6 +20,7 @@ from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
 
 _SHOWN = 4  # how many unreachable targets an error message lists
+_UNITS = {"x": "mm", "y": "mm", "angles": "rad"}
 _PLACE = 0.05  # [mm] a positioner named by its place stands no farther from there (files have six digits)
 
 
@@ -34,7 +35,7 @@ class Solution(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Targets:
+class Targets(Frozen):
     """A field of targets.
 
     Raises:
@@ -61,26 +62,34 @@ class Targets:
         defaults = {"priority": np.ones(m), "parity": np.zeros(m), "angles": np.full((m, 2), np.nan)}
         for name in ("x", "y", "priority", "parity", "angles"):
             value = getattr(self, name)
-            value = read_only(defaults[name] if value is None else value)
+            label, unit = f"{self.source}: {name}", _UNITS.get(name, "")
+            value = read_only(defaults[name] if value is None else value, float, unit, label, TargetError)
             shape = (m, 2) if name == "angles" else (m,)
             if value.shape != shape:
                 raise TargetError(f"{self.source}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
         for name in ("base", "idle"):
             if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, read_only(np.reshape(value, (-1, 2))))
+                places = read_only(value, unit="mm", name=f"{self.source}: {name}", error=TargetError)
+                if places.size and (places.ndim != 2 or places.shape[1] != 2):
+                    raise TargetError(f"{self.source}: {name} must have shape (k, 2), got {places.shape}")
+                object.__setattr__(self, name, read_only(places.reshape(-1, 2)))
         if self.base is not None and len(self.base) != m:
             raise TargetError(f"{self.source}: base has {len(self.base)} entries for {m} targets")
         object.__setattr__(self, "rows", self.rows or tuple(f"row {k + 1}" for k in range(m)))
-        for name in ("positioner", "fiber", "rows"):
-            value = getattr(self, name)
-            if value is not None and len(value) != m:
-                raise TargetError(f"{self.source}: {name} has {len(value)} entries for {m} targets")
-            object.__setattr__(self, name, None if value is None else tuple(str(item) for item in value))
+        for name in ("positioner", "fiber", "rows", "offline"):
+            if (value := getattr(self, name)) is not None:
+                value = texts(value, f"{self.source}: {name}", TargetError)
+                if name != "offline" and len(value) != m:
+                    raise TargetError(f"{self.source}: {name} has {len(value)} entries for {m} targets")
+                object.__setattr__(self, name, value)
         self._validate()
 
     def __len__(self) -> int:
         return len(self.x)
+
+    def __repr__(self) -> str:
+        return f"<Targets: {len(self)} from '{shortened(self.source)}'>"
 
     @property
     def commanded(self) -> np.ndarray:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import number, read_only
+from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood, touching
 from fiberplan.tolerances import SCENE
@@ -18,8 +19,10 @@ def uniform_field(
     Raises:
         ValueError: no contact-free field was found within `most_rounds` rounds of redrawing.
     """
+    margin = number(margin, "mm", "margin", ProblemError)
+    begin = plane.folded if start is None else read_only(start, unit="rad", name="start", error=ProblemError)
     rng = np.random.default_rng(seed)
-    angles = np.array(plane.folded if start is None else start, float)
+    angles = begin.copy()
     online = np.flatnonzero(plane.online)
     angles[online] = plane.kinematics.random(plane, rng, online)
     limit = margin + SCENE

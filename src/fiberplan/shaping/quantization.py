@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
@@ -28,7 +28,7 @@ _LANDING = 1e-4  # [mm] a tick should end this much clearer than it must, or no 
 
 
 @dataclass(frozen=True, eq=False)
-class Quantized:
+class Quantized(Frozen):
     """What a motion became, and how well it follows the one it was made from."""
 
     levels: np.ndarray  #: (ticks, n, 2) what is sent to each joint in each tick
@@ -43,6 +43,9 @@ class Quantized:
     def bits_per_positioner(self) -> int:
         """Bits of levels that one positioner receives for the whole motion."""
         return 2 * self.bits * len(self.levels)
+
+    def __repr__(self) -> str:
+        return f"<Quantized: {self}>"
 
     def __str__(self) -> str:
         return (
@@ -71,6 +74,8 @@ def quantize(
         TrajectoryError: another number of positioners than the focal plane has, a number of bits, tick or margin that
             cannot be used.
     """
+    margin = number(margin, "mm", "quantize: margin", TrajectoryError)
+    tick = number(tick, "s", "quantize: tick", TrajectoryError)
     _refuse(trajectory, bits, plane, margin, tick)
     speed = plane.max_speed * UNDER_LIMIT
     turn = trajectory.end - trajectory.start
