@@ -15,7 +15,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
 from fiberplan.problem.configuration_choice import clear_goals
-from fiberplan.problem.least_cover import least_cover
+from fiberplan.problem.least_cover import least_loss
 from fiberplan.problem.targets import Targets, refuse_unreachable
 from fiberplan.tolerances import EQUALITY
 
@@ -225,19 +225,12 @@ class Problem:
         contacts = self._contacts(resting)
         if not drop:
             self._refuse_contacts("goal", contacts)
-        for i, blockers in self._least_loss(contacts).items():
+        can_yield = np.concatenate([self.plane.online, np.zeros(len(self.plane.obstacles), bool)])
+        assert self.priority is not None  # set on construction
+        for i, blockers in least_loss([(a, b) for a, b, _ in contacts], can_yield, self.priority).items():
             texts = [self._contact_text(*c) for c in contacts if i in c[:2]]
             numbers = tuple(b if b < self.n else self.n - 1 - b for b in blockers)
             dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), numbers)
             goal[i] = np.nan
         object.__setattr__(self, "goal", read_only(goal))
         object.__setattr__(self, "dropped", dict(sorted(dropped.items())))
-
-    def _least_loss(self, contacts: list[tuple[int, int, float]]) -> dict[int, list[int]]:
-        """Goals of least total priority whose loss removes every contact -> the arms each of them touches."""
-        assert self.priority is not None  # set on construction
-        online = np.concatenate([self.plane.online, np.zeros(len(self.plane.obstacles), bool)])
-        forced = {a if online[a] else b for a, b, _ in contacts if not (online[a] and online[b])}
-        free = [(a, b) for a, b, _ in contacts if online[a] and online[b] and a not in forced and b not in forced]
-        lost = sorted(forced | least_cover(free, self.priority))
-        return {i: [b if a == i else a for a, b, _ in contacts if i in (a, b)] for i in lost}

@@ -12,8 +12,10 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners.amending.rerouting import reroute
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.requirements import require_two_links
 from fiberplan.problem import Problem
+
+_MOST_LONGER = 10.0  # makespans that may be added: more would be searched in ever longer steps
 
 
 def amend(plan: Plan, positioner: int | str, goal: ArrayLike, longer: float = 0.05) -> Plan:
@@ -35,8 +37,8 @@ def amend(plan: Plan, positioner: int | str, goal: ArrayLike, longer: float = 0.
         PlanError: the plan is not safe as it is.
     """
     begun = process_time()
-    if not (np.isfinite(longer) and longer >= 0):
-        raise ProblemError(f"amend: longer must be a part of the makespan, 0 or more, got {longer:g}")
+    if not 0 <= longer <= _MOST_LONGER:
+        raise ProblemError(f"amend: longer must be a part of the makespan, 0 to {_MOST_LONGER:g}, got {longer:g}")
     i = _index(plan.problem.plane, positioner)
     problem = _amended_problem(plan.problem, i, goal)
     outcomes, blockers = list(plan.outcomes), {k: who for k, who in plan.blockers.items() if k != i}
@@ -99,7 +101,7 @@ def _index(plane: FocalPlane, positioner: int | str) -> int:
             raise ProblemError(f"amend: {plane.name} has no positioner {i}; they are counted from 0 to {plane.n - 1}")
     else:
         raise ProblemError(f"amend: a positioner is named by its index or id, not by {positioner!r}")
-    refuse_bars("amend", plane)
+    require_two_links("amend", plane)
     if not plane.online[i]:
         raise ProblemError(f"amend: positioner '{plane.ids[i]}' is offline and cannot be sent anywhere", (i,))
     return i

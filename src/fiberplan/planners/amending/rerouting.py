@@ -17,7 +17,7 @@ from fiberplan.kernels.neighbours import NEAR, neighbour_lists
 from fiberplan.motion import Trajectory
 from fiberplan.planners.amending.subarray import part_of_motion, patch_around, sampled, with_part
 from fiberplan.planners.direct.contacts import contacts_of_all
-from fiberplan.planners.direct.lattice import Lattice, longest_step, make_lattice
+from fiberplan.planners.direct.lattice import Lattice, make_lattice, step_length
 from fiberplan.planners.direct.repair import (
     SOLVED,
     Search,
@@ -104,14 +104,15 @@ class _Attempt:
         plane, start = patch.plane, problem.start[patch.who]
         movable = np.isin(np.arange(plane.n), self._free)
         goal = np.where(movable[:, None], ends[patch.who], start)
-        longest = max(longest_step(plane, start, goal, _TURN), horizon / _MOST_STEPS[turn > 0])
+        length = step_length(plane, start, goal, _TURN)
+        longest = max(length.longest, (1.0 + added) * horizon / _MOST_STEPS[turn > 0])
         if added:
             longest = min(longest, horizon / _FEWEST_STEPS)
         steps = max(1, int(np.ceil(horizon / longest - 1e-9)))
         self._duration = horizon / steps
         steps += int(added * steps)
         self._before = part_of_motion(motion, patch.who)
-        self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps)
+        self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps, length.widest)
         self._lattice.path[: plane.n] = sampled(self._before, self._duration * np.arange(steps + 1))
         self._as_before = self._lattice.path.copy()
         self._together = together
@@ -128,7 +129,7 @@ class _Attempt:
     @property
     def moved_together(self) -> int:
         """How often pairs were moved together."""
-        return int(self._search.work[1])
+        return int(self._search.work[0]["joint_moves"])
 
     def run(self, amended: int, most: int) -> tuple[Trajectory, tuple[int, ...]] | None:
         """Everybody's motion and who moves otherwise than before, if `most` replans find a way that is proven."""

@@ -4,7 +4,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 
 
-def refuse_bars(planner: str, plane: FocalPlane) -> None:
+def require_two_links(planner: str, plane: FocalPlane) -> None:
     """Refuse four-bar arms.
 
     Raises:
