@@ -11,7 +11,7 @@ from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import amend
 from fiberplan.planners.amending import one_goal
-from fiberplan.planners.amending.rerouting import Way
+from fiberplan.planners.amending.rerouting import Rerouted
 from fiberplan.scenes.uniform import random_configuration, uniform_field
 from references import make_plane, varied_plane
 
@@ -199,7 +199,7 @@ def walled():
     return line().replace(obstacles=(wall,))
 
 
-def test_where_no_way_is_found_all_move_as_before_and_the_blocker_is_named():
+def test_where_no_path_is_found_all_move_as_before_and_the_blocker_is_named():
     plane = walled()
     start = np.radians([[45.0, 30.0], [0.0, 170.0]])
     plan = still(plane, start)
@@ -208,7 +208,7 @@ def test_where_no_way_is_found_all_move_as_before_and_the_blocker_is_named():
     assert new.blockers == {0: (-1,)}
     assert moved(plan, new) == []
     assert new.faults() == []
-    assert "no way was found" in new.notes[-1]
+    assert "no path was found" in new.notes[-1]
     again = amend(new, 0, np.radians([20.0, 60.0]))  # on its own side
     assert again.outcomes == (Outcome.ARRIVED,) * 2
     assert again.blockers == {}
@@ -342,7 +342,7 @@ def test_a_path_that_cannot_be_proven_is_not_taken(folds, monkeypatch):
     onto[:] = 0.0  # all extended in one direction at once, far too fast
     unsafe = fp.Trajectory.from_samples([0.0, 1e-3], np.stack([start, onto]))
     assert not fp.verify(plan.problem.plane, unsafe).ok
-    monkeypatch.setattr(one_goal, "reroute", lambda *_: Way(unsafe, (i,), ()))
+    monkeypatch.setattr(one_goal, "reroute", lambda *_: Rerouted(unsafe, (i,), ()))
     new = amend(plan, i, goal)
     assert new.outcomes[i] is Outcome.DEADLOCKED
     assert new.blockers[i] == ()

@@ -1,6 +1,5 @@
 """What the direct planner promises beyond what all planners do: close to the bound, and losses with their causes."""
 
-import dataclasses
 import itertools
 
 import numpy as np
@@ -158,18 +157,18 @@ def test_max_time_caps_the_makespan():
     assert len(plan.having(Outcome.ARRIVED)) > 0.5 * problem.n
 
 
-def contested(alternative, goal=(90.0, 90.0)):
+def contested(alternative, goal):
     """The quick alternative of the left one touches the right one at (180, 0); its goal is slow."""
     plane = pair().replace(lower=np.radians([[0.0, -180.0]] * 2), upper=np.radians([[400.0, 180.0]] * 2))
-    start = np.radians([[0.0, 90.0], [150.0, 30.0]])
-    goals = np.radians([[200.0, 100.0], goal])
+    start = np.radians([[0.0, 150.0], [160.0, 100.0]])
+    goals = np.radians([[300.0, 40.0], goal])
     others = np.radians([[[0.0, 0.0]], [alternative]])
     return fp.Problem(plane, start, goals, alternatives=others)
 
 
 @pytest.mark.parametrize(
     ("alternative", "goal"),
-    [((180.0, 0.0), (90.0, 90.0)), ((90.0, 90.0), (180.0, 0.0)), ((np.nan, np.nan), (90.0, 90.0))],
+    [((180.0, 0.0), (30.0, 90.0)), ((30.0, 90.0), (180.0, 0.0)), ((np.nan, np.nan), (30.0, 90.0))],
 )
 def test_a_slow_goal_with_a_quick_alternative_is_in_time(alternative, goal):
     """Whether or not the other has to choose anew for it."""
@@ -306,32 +305,22 @@ def test_ctrl_c_at_any_moment(name, monkeypatch):
         with monkeypatch.context() as patched:
             patched.setattr(direct_search, name, now)
             plan = fp.planners.Direct().plan(problem)
-        assert plan.interrupted == (next(calls) > moment + (moment == 0))
+        assert plan.interrupted == (next(calls) > moment)
         assert plan.faults() == []
         assert all(outcome in (Outcome.ARRIVED, Outcome.DEADLOCKED) for outcome in plan.outcomes)
 
 
-def beside_a_post():
+def test_what_the_search_has_is_better_than_a_hub_that_keeps_less():
     """A stiff arm that reaches its goal directly, while a post keeps it from ever folding."""
     post = Obstacle("post", [[0.0, 18.0]], 1.0)
-    plane = pair().replace(
-        lower=np.radians([[-90.0, 0.0], [0.0, 0.0]]),
-        upper=np.radians([[140.0, 1.0], [360.0, 180.0]]),
-        folded=np.radians([[135.0, 0.0], [0.0, 180.0]]),
-    )
-    plane = plane.replace(obstacles=(dataclasses.replace(post, points=plane.base[:1] + [0.0, 18.0]),))
-    start = np.radians([[-80.0, 0.0], [0.0, 170.0]])
-    return fp.Problem(plane, start, np.radians([[60.0, 0.0], [40.0, 160.0]]))
-
-
-def test_what_the_search_has_is_better_than_a_hub_that_keeps_less():
-    problem = beside_a_post()
-    hub = fp.planners.GreedyFold(step=1.0 * DEG).plan(problem)
-    assert hub.outcomes == (Outcome.DEADLOCKED, Outcome.ARRIVED)
+    ranges = {"lower": np.radians([[-90.0, 0.0]]), "upper": np.radians([[140.0, 1.0]])}
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(obstacles=(post,), folded=np.radians([[135.0, 0.0]]), **ranges)
+    problem = fp.Problem(plane, np.radians([[-80.0, 0.0]]), np.radians([[60.0, 0.0]]))
+    assert fp.planners.GreedyFold(step=1.0 * DEG).plan(problem).outcomes == (Outcome.DEADLOCKED,)
     plan = fp.planners.Direct().plan(problem, deadline=0.0)
     assert plan.interrupted
     assert plan.faults() == []
-    assert set(plan.outcomes) == {Outcome.ARRIVED}
+    assert plan.outcomes == (Outcome.ARRIVED,)
 
 
 def test_a_hub_that_takes_too_long_is_no_better():

@@ -18,7 +18,7 @@ from fiberplan.kernels.compile import inlined, kernel
 from fiberplan.tolerances import UNDER_LIMIT
 
 MOST_BETAS = 64  #: nodes of the second joint: a set of them is one machine word
-MOST_STEPS = 160  #: of the move that takes longest; beyond that steps last longer, and nodes lie farther apart
+MOST_STEPS = 128  #: of the move that takes longest; beyond that steps last longer, and nodes lie farther apart
 _ASIDE = 2.0 * np.pi  # [rad] beyond start and goal that an alpha may turn on its path: once around
 _SAME = 1e-12  # [rad] a node this close to the start is the start
 

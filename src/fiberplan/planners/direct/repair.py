@@ -37,11 +37,14 @@ _MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs 
 SOLVED, SPENT, TOO_SHORT = 0, 1, 2
 
 WORK = np.dtype(
-    [
-        ("replans", "i8"),  # of single positioners
-        ("joint_moves", "i8"),  # of pairs, in vain or not
-        ("short_pair", "i8"),  # that needs more steps than there are
-    ]
+    (
+        np.record,
+        [
+            ("replans", "i8"),  # of single positioners
+            ("joint_moves", "i8"),  # of pairs, in vain or not
+            ("short_pair", "i8"),  # that needs more steps than there are
+        ],
+    )
 )
 
 
