@@ -19,7 +19,7 @@ from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.navigation_function.run import Descent, Settings
 from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.repulsion import theorem1_bound
-from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
+from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.problem import Problem
 from fiberplan.tolerances import ARRIVAL
 
@@ -99,7 +99,7 @@ class NavigationFunction:
     def _refuse(self, problem: Problem) -> None:
         """Raise for arms that are not of two links, or that could cross their whole patrol zone in one step."""
         plane = problem.plane
-        refuse_bars(self.name, plane)
+        require_two_links(self.name, plane)
         arm = np.hypot(*plane.fiber.T)
         most = plane.length * plane.max_speed[:, 0] + arm * plane.max_speed.sum(axis=1)
         excess = most * self.dt - (plane.length + arm)
