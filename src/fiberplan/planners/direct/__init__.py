@@ -3,12 +3,11 @@
 Symbols: K steps of tau seconds; for each positioner a lattice of alpha nodes a, beta nodes b and steps k, on which one
 step turns a joint by one node at most, at full speed; w_p the weight of a pair p of neighbours (1 at first); C the
 pairs in contact. The ideas are those of MAPF-LNS2 (Li et al. 2022: repair by soft conflicts) and of breakout (Morris
-1993: a conflict that persists grows heavier). A set of beta nodes is one machine word.
+1993: a conflict that persists grows heavier). A set of beta nodes is one machine word. Where several configurations
+reach a target, `goals.goals_in_time` has chosen one: the quickest that touches no other goal.
 
 Algorithm                                                             here
 ---------------------------------------------------------------------------------------------------------------------
- 0  of the configurations that reach a target the quickest that        `goals.goals_in_time`
-      touches nobody's, and in time where a time is given
  1  K tau = the largest joint travel over its speed; a lattice for    `search.DirectSearch`, `lattice.make_lattice`,
       each positioner through its goal, its start one more node         `lattice.step_length`
  2  K = what any positioner needs past arms that never move; if       `search.DirectSearch.begin`,
