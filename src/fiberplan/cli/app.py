@@ -10,10 +10,13 @@ import typer
 from fiberplan import __version__
 from fiberplan.cli.demo import demo
 from fiberplan.cli.diagnose import diagnose
+from fiberplan.cli.examples import examples_of
 from fiberplan.cli.export import export
 from fiberplan.cli.instruments import instruments
 from fiberplan.cli.output import complain, say
 from fiberplan.cli.plan import plan
+from fiberplan.cli.planners import planners
+from fiberplan.cli.removed_options import removed_option
 from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
 from fiberplan.cli.verify import verify
@@ -27,13 +30,13 @@ BUG = 70  # anything but 1, which means that the answer is no
 app = typer.Typer(
     name="fiberplan",
     help="Collision-free, proven motion for fiber positioners. Angles in degrees, lengths in mm, times in s.",
-    epilog="Exit codes: 0 done; 1 the answer is no (contacts found, targets lost); 2 bad input, nothing written.",
-    add_completion=False,
+    epilog="Exit codes: 0 done; 1 the answer is no (contacts found, targets lost); 2 bad input, nothing written.\n\n"
+    + examples_of(""),
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-for command in (demo, plan, verify, diagnose, show, export, instruments, reproduce, warmup):
-    app.command()(command)
+for command in (demo, plan, verify, diagnose, show, export, instruments, planners, reproduce, warmup):
+    app.command(epilog=examples_of(command.__name__))(command)
 
 
 def _print_version(wanted: bool) -> None:
@@ -67,7 +70,7 @@ def run(arguments: Sequence[str]) -> int:
         return BAD_INPUT
     except Exception as error:
         if hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
-            complain(error.format_message())
+            complain(removed_option(error, arguments) or error.format_message())
             return BAD_INPUT
         traceback.print_exc()
         complain("this is a bug in fiberplan; the lines above say where")

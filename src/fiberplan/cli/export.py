@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fiberplan.cli.options import PlanArgument
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.completion import formats
+from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import refuse_unwritable, say, working
 
 if TYPE_CHECKING:
@@ -18,9 +20,15 @@ def export(
     plan: PlanArgument,
     to: Annotated[
         str,
-        typer.Option("--to", metavar="FORMAT", help="ecsv: a row a knot; motions: a row a move; or a controller."),
+        typer.Option(
+            "--to",
+            metavar="FORMAT",
+            help="ecsv: a row a knot; motions: a row a move; or a controller.",
+            autocompletion=formats,
+        ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Write it here.")],
+    json: JsonOption = False,
 ) -> None:
     """Write a plan's motion in another format, times in s and angles in degrees."""
     refuse_unwritable(output, inputs=(plan,))
@@ -28,7 +36,10 @@ def export(
         from fiberplan.plan import Plan
 
         _writer(to)(Plan.read(plan), output)
-    say(f"wrote {output}")
+    if json:
+        say_json({"format": to, "written": [output]})
+    else:
+        say(f"wrote {output}")
 
 
 def _writer(name: str) -> "Callable[[Plan, Path], None]":

@@ -2,12 +2,14 @@
 
 import time
 
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.options import JsonOption
 from fiberplan.cli.output import say, working
 
 MARGIN = 0.8  # [mm]
 
 
-def warmup() -> None:
+def warmup(json: JsonOption = False) -> None:
     """Compile every kernel, by planning and proving a field of seven positioners; later runs find them on disk."""
     begin = time.perf_counter()
     with working("compiling"):
@@ -21,4 +23,8 @@ def warmup() -> None:
         problem = Problem.from_targets(plane, targets, margin=MARGIN, conflicts="drop")
         for planner in (GreedyFold(), Direct()):
             planner.plan(problem).faults()
-    say(f"kernels ready in {time.perf_counter() - begin:.1f} s")
+    seconds = time.perf_counter() - begin
+    if json:
+        say_json({"seconds": seconds})
+    else:
+        say(f"kernels ready in {seconds:.1f} s")
