@@ -9,14 +9,14 @@ def planner_names(incomplete: str) -> list[str]:
     """Planners, ours and others'."""
     from fiberplan.planners import PLANNERS
 
-    return _beginning(incomplete, PLANNERS)
+    return beginning(incomplete, PLANNERS)
 
 
 def instrument_names(incomplete: str) -> list[str]:
     """Built-in instruments and those of other packages; files are left to the shell."""
     from fiberplan.instruments import names
 
-    return _beginning(incomplete, names())
+    return beginning(incomplete, names())
 
 
 def setting_keys(context: typer.Context, incomplete: str) -> list[str]:
@@ -26,7 +26,7 @@ def setting_keys(context: typer.Context, incomplete: str) -> list[str]:
 
     planner = context.params.get("planner") or "direct"
     settings = settings_of(PLANNERS[planner]) if planner in PLANNERS else {}
-    return _beginning(incomplete, (f"{key}=" for key in settings))
+    return beginning(incomplete, (f"{key}=" for key in settings))
 
 
 def formats(incomplete: str) -> list[str]:
@@ -34,15 +34,9 @@ def formats(incomplete: str) -> list[str]:
     from fiberplan.hardware import CONTROLLERS
     from fiberplan.io.exports import EXPORTS
 
-    return _beginning(incomplete, (*EXPORTS, *CONTROLLERS))
+    return beginning(incomplete, (*EXPORTS, *CONTROLLERS))
 
 
-def papers(incomplete: str) -> list[str]:
-    """Papers whose experiments can be run."""
-    from fiberplan.cli.reproduce import paper_keys
-
-    return _beginning(incomplete, paper_keys())
-
-
-def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
+def beginning(incomplete: str, names: Iterable[str]) -> list[str]:
+    """Those of the names that begin so."""
     return [name for name in names if name.startswith(incomplete)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import papers as known_papers
+from fiberplan.cli.completion import beginning
 from fiberplan.cli.options import JsonOption
 from fiberplan.cli.output import made_folder, say, working
 from fiberplan.errors import FiberplanError
@@ -17,11 +17,15 @@ if TYPE_CHECKING:
     from fiberplan.reproductions.rows import Row
 
 
+def _paper_names(incomplete: str) -> list[str]:
+    return beginning(incomplete, paper_keys())
+
+
 def reproduce(
     paper: Annotated[
         str | None,
         typer.Argument(
-            metavar="[PAPER]", help="A paper's key; without one, they are listed.", autocompletion=known_papers
+            metavar="[PAPER]", help="A paper's key; without one, they are listed.", autocompletion=_paper_names
         ),
     ] = None,
     trials: Annotated[int, typer.Option(metavar="N", help="Trials per setting; the papers ran more.", min=1)] = 20,
