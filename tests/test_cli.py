@@ -264,6 +264,7 @@ def test_unknown_names_suggest_the_nearest(folder, capsys):
         ["--settings", "no-such-file.toml"],
         ["--conflicts", "ignore"],
         ["--seed", "-1"],
+        ["--seed", "9" * 23],
         ["--no-such-option"],
     ],
 )

@@ -172,12 +172,22 @@ def stuck(count):
 def test_many_losses_are_summed_up():
     plan = stuck(14)
     first, *listed, last = lost_targets(plan)
-    assert first.startswith("14 of 14 lost: stuck or given up")
+    assert first == "14 of 14 lost: stuck or given up, without proof that it had to be"
     assert len(listed) == 10
     ids = [plan.problem.plane.ids[i] for i in range(13, 3, -1)]  # by priority, the highest first
     assert [line.split(":")[0] for line in listed] == [f"lost {id}" for id in ids]
     assert last == "and 4 more, of no higher priority: --json lists them all"
     assert "`fiberplan diagnose plan.fits`" in list(lost_targets(plan, "plan.fits"))[-1]
+
+
+def test_causes_that_differ_in_numbers_only_are_one(folder, small_plane, capsys):
+    x, y = small_plane.fibers(small_plane.folded + np.array([0.3, -0.2])).T
+    x[:3] += 100.0, 200.0, 300.0
+    QTable({"positioner": list(small_plane.ids), "x": x * units.mm, "y": y * units.mm}).write("far.ecsv")
+    assert run(["plan", "plane.fits", "far.ecsv", "--conflicts", "drop"]) == 1
+    out = capsys.readouterr().out.splitlines()
+    assert [line for line in out if " lost: " in line] == ["3 of 3 lost: out of reach"]
+    assert sum(line.startswith("lost R") for line in out) == 3
 
 
 def test_few_losses_are_listed():

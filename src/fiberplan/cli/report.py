@@ -1,5 +1,6 @@
 """Plans and certificates as lines of text, and as facts for programs."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -26,8 +27,9 @@ def lost_targets(plan: "Plan", file: "Path | None" = None) -> Iterator[str]:
 
     lost = sorted((loss for loss in losses(plan) if loss.positioner in plan.lost), key=lambda loss: -loss.priority)
     if len(lost) > 1:
-        for cause, count in Counter(loss.cause for loss in lost).most_common():
-            yield f"{count} of {len(lost)} lost: {cause}"
+        kinds = Counter(re.split("[:;]", loss.cause, maxsplit=1)[0] for loss in lost)  # numbers and names come after
+        for kind, count in kinds.most_common():
+            yield f"{count} of {len(lost)} lost: {kind}"
     for loss in lost[:LISTED]:
         blockers = f"; in the way: {', '.join(loss.names)}" if loss.names else ""
         yield f"lost {loss.id}: {loss.cause}{blockers}"
