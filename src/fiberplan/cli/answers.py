@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
-import numpy as np
-
 from fiberplan.cli.output import say
 
 
@@ -25,7 +23,7 @@ def plain(value: Any) -> Any:
     """A value as JSON knows it: no NaN or infinity, no arrays, enumerations by name, paths as text."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
+    if hasattr(value, "tolist"):  # an array or number of numpy, for which no help should wait
         return plain(value.tolist())
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
