@@ -22,7 +22,7 @@ from fiberplan.planners.direct.losses import Losses
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
-from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
@@ -41,9 +41,9 @@ class Direct:
         ProblemError: a time, budget or turn that is not positive.
     """
 
-    max_time: float | None = None  #: cap of the makespan [s]
-    budget: float = 60.0  #: replans per positioner, and 5,000, before goals are given up; a joint one counts as 20
-    turn: float = np.radians(6.0)  #: of alpha in one step of the search [rad]
+    max_time: float | None = setting(None, "give up what cannot be done in this time", "s")
+    budget: float = setting(60.0, "replans per positioner, and 5,000, before goals are given up; a joint one counts 20")
+    turn: float = setting(np.radians(6.0), "turn of alpha in one step of the search", "rad")
     seed: int = 0  #: of the order of repairs
 
     name = "direct"

@@ -16,7 +16,7 @@ from fiberplan.plan import Plan
 from fiberplan.planners.greedy_fold.fold import RELIEFS, fold
 from fiberplan.planners.greedy_fold.joint_relief import Fold
 from fiberplan.planners.greedy_fold.losses import Losses
-from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
@@ -33,12 +33,14 @@ class GreedyFold:
         ProblemError: a step or travel that is not a positive angle, or an unknown relief.
     """
 
-    step: float = np.radians(0.1)  #: turn of the fastest joint per loop [rad]
-    max_travel: float = np.radians(700.0)  #: turn after which a walk is given up [rad]
-    skip_noops: bool = True  #: pass over moves that a joint limit turns into nothing; as printed, they are taken
-    relief: Literal["joint", "reverse", "replace", "none"] = "joint"
-    """What to do in a deadlock: search a joint way out for the few that are stuck (ours); reverse the ranking of one
-    for a while (proposed in the paper); give one another target and begin again (used there); nothing."""
+    step: float = setting(np.radians(0.1), "turn of the fastest joint per loop", "rad")
+    max_travel: float = setting(np.radians(700.0), "turn after which a walk is given up", "rad")
+    skip_noops: bool = setting(
+        True, "pass over moves that a joint limit turns into nothing; as printed, they are taken"
+    )
+    relief: Literal["joint", "reverse", "replace", "none"] = setting("joint", "what to do in a deadlock")
+    """Search a joint path out of it for the few that are stuck (ours); reverse the ranking of one for a while (proposed
+    in the paper); give one another target and begin again (used there); nothing."""
     seed: int = 0  #: of the random choices of relief
 
     name = "greedy-fold"
