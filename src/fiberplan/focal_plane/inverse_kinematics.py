@@ -10,10 +10,10 @@ import numpy as np
 
 from fiberplan.focal_plane.focal_plane import FocalPlane
 from fiberplan.focal_plane.four_bar_inverse import candidates
+from fiberplan.tolerances import RANGE
 
 TURN = 2 * np.pi
 TOLERANCE = 1e-6  #: a point this far outside the annulus is on its edge [mm]
-ANGLE_TOLERANCE = 1e-9  #: a four-bar arm's angle this far outside its range is at its end [rad]
 
 
 def reach(plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -67,7 +67,7 @@ def solutions(
 def _four_bar_solutions(plane: FocalPlane, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:
     """The same for four-bar arms, whose solutions have no parity."""
     found = candidates(plane, who, points, offset)  # (m, 4, 2)
-    slack = np.full(len(who), ANGLE_TOLERANCE)
+    slack = np.full(len(who), RANGE)
     alphas = _turns(found[..., 0], plane.lower[who, 0], plane.upper[who, 0], slack)
     betas = _turns(found[..., 1], plane.lower[who, 1], plane.upper[who, 1], slack)
     shape = (len(who), 4, alphas.shape[2], betas.shape[2])
