@@ -1,7 +1,9 @@
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core import config as compiler
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
@@ -9,6 +11,23 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.problem import Problem
 
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+CASES_WITHOUT_COMPILER = 2  #: of each test, when kernels run some hundred times slower
+
+
+def pytest_collection_modifyitems(config, items):
+    """With NUMBA_DISABLE_JIT=1 only the first cases of each parametrized test are run."""
+    if compiler.DISABLE_JIT:
+        taken = Counter()
+        dropped = []
+        for item in list(items):
+            test = item.nodeid.partition("[")[0]
+            taken[test] += 1
+            if taken[test] > CASES_WITHOUT_COMPILER:
+                items.remove(item)
+                dropped.append(item)
+        config.hook.pytest_deselected(items=dropped)
 
 
 @pytest.fixture(scope="session")

@@ -20,7 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / ".mutants.json"
-PATIENCE = 20.0  # [s] a mutant that runs longer than the tests do is found out, too
+PATIENCE = 20.0  # [s] a mutant whose tests take longer is slow: it may loop for ever, or survive
 TESTS = {  # the fastest first: most mutants die in the first
     "segments": "segments clearance",
     "clearance": "clearance sweep verify",

@@ -1,6 +1,7 @@
 """The order that the tolerances are proven by, and that each is written down once."""
 
 import ast
+from itertools import pairwise
 from pathlib import Path
 
 import fiberplan
@@ -13,7 +14,7 @@ LENGTHS = ("ROUNDING", "SLACK", "EQUALITY", "SCENE", "NEAR")
 def test_lengths_are_in_the_stated_order():
     values = [getattr(tolerances, name) for name in LENGTHS]
     assert values[0] > 0
-    assert all(smaller < larger for smaller, larger in zip(values, values[1:], strict=False))
+    assert all(smaller < larger for smaller, larger in pairwise(values))
     assert " < ".join(LENGTHS) in tolerances.__doc__
     assert 2 * tolerances.ROUNDING + tolerances.SLACK < tolerances.EQUALITY  # a planner can leave a start, and prove it
     assert 0 < 1 - tolerances.UNDER_LIMIT <= tolerances.SPEED * (1 + 1e-6)
