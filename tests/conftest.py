@@ -13,11 +13,11 @@ from fiberplan.problem import Problem
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
 
 
-CASES_WITHOUT_COMPILER = 2  #: of each test, when kernels run some hundred times slower
+CASES_WITHOUT_COMPILER = 1  #: of each test, when kernels run some hundred times slower
 
 
 def pytest_collection_modifyitems(config, items):
-    """With NUMBA_DISABLE_JIT=1 only the first cases of each parametrized test are run."""
+    """With NUMBA_DISABLE_JIT=1 only the first case of each parametrized test are run."""
     if compiler.DISABLE_JIT:
         taken = Counter()
         dropped = []
