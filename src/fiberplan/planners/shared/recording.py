@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.arms import motion
-from fiberplan.kernels.compile import leaf
+from fiberplan.kernels.compile import leaf, record
 from fiberplan.motion import Trajectory
 from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.tolerances import SLACK
@@ -20,8 +20,8 @@ from fiberplan.tolerances import SLACK
 FIDELITY = 0.02  #: the recorded motion stays this near the stepped one, where there is room for that [mm]
 _EACH = SLACK / 8.0  # [mm] and may always be this far off: less than what steps keep beyond the margin
 
-KNOT = np.dtype([("owner", "i8"), ("step", "i8"), ("alpha", "f8"), ("beta", "f8")], align=True)
-TRACK = np.dtype(
+KNOT = record([("owner", "i8"), ("step", "i8"), ("alpha", "f8"), ("beta", "f8")])
+TRACK = record(
     [
         ("begin", "i8"),  # step and pose of the last knot
         ("begin_alpha", "f8"),
@@ -34,8 +34,7 @@ TRACK = np.dtype(
         ("high_alpha", "f8"),
         ("low_beta", "f8"),
         ("high_beta", "f8"),
-    ],
-    align=True,
+    ]
 )
 
 
