@@ -8,7 +8,7 @@ CHROMIUM := chromium chromium-browser google-chrome
 # its cache is emptied when any file with a kernel has changed.
 KERNELS := $(shell grep -rlE --include='*.py' '^@(kernel|leaf|inlined)' src/fiberplan)
 
-.PHONY: demo test check bench bench-planners picture browser format clean
+.PHONY: demo test check coverage fuzz bench bench-planners picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed $(VENV)/.kernels ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -22,6 +22,12 @@ check: $(VENV)/.test $(VENV)/.kernels
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+
+coverage: $(VENV)/.test ## statements that small tests run, kernels included: the compiler is off, and no real data
+	NUMBA_DISABLE_JIT=1 FIBERPLAN_DATA=none $(BIN)/pytest -n 2 -m small --cov --cov-report=term-missing:skip-covered
+
+fuzz: $(VENV)/.test $(VENV)/.kernels ## random campaigns, three minutes; OPTIONS="--seed 1000 --only plans" for others
+	PYTHONPATH=tests $(BIN)/python -m fuzz $(OPTIONS)
 
 bench: $(VENV)/.installed $(VENV)/.kernels ## the figures of the README
 	$(BIN)/python benchmarks/bench.py

@@ -218,13 +218,11 @@ def test_plans_read_back_as_they_were_written(tmp_path_factory, plan):
 
 
 def walled_in(seed):
-    """One arm that can move among two that cannot and three posts; (plane, start, goal), or None if either touches."""
+    """One arm that can move among two that cannot and five posts; (plane, start, goal), or None if either touches."""
     rng = np.random.default_rng(seed)
-    base = np.array([[0.0, 0.0], [22.4, 0.0], [-11.0, 19.4]])
-    plane = few(base)
-    plane = plane.replace(
+    plane = few(np.array([[0.0, 0.0], [22.4, 0.0], [-11.0, 19.4]])).replace(
         online=np.array([True, False, False]),
-        obstacles=tuple(Obstacle(f"post {k}", rng.uniform(-18, 18, (1, 2)), 1.0) for k in range(3)),
+        obstacles=tuple(Obstacle(f"post {k}", rng.uniform(-16, 16, (1, 2)), 1.0) for k in range(5)),
     )
     start = random_configuration(plane, rng, np.arange(3))
     goal = random_configuration(plane, rng, np.array([0]))
@@ -238,13 +236,15 @@ def walled_in(seed):
 def test_what_is_proven_unreachable_is_what_a_grid_says():
     """Wherever free cells of a grid join, nothing is proven; and wherever a coarse grid finds no path, it is."""
     counts = {True: 0, False: 0, None: 0}
-    for seed in range(50):
+    for seed in range(120):
         scene = walled_in(seed)
         if scene is None:
             continue
         plane, start, goal = scene
         proven = proven_unreachable(plane, 0, start, goal, 0.2)
-        path = path_past_fixed(plane, 0, start, goal, 0.2, 0.04)
+        path = path_past_fixed(plane, 0, start, goal, 0.2, 0.05)
         counts[path] += 1
         assert path is None or proven == (not path), seed
-    assert min(counts[True], counts[False]) >= 3
+        if min(counts[True], counts[False]) == 3:
+            return
+    pytest.fail(f"of each kind three are needed: {counts}")
