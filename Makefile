@@ -4,35 +4,32 @@ VENV := .venv
 BIN := $(VENV)/bin
 CHROMIUM := chromium chromium-browser google-chrome
 
-# numba looks only at the file of the function it compiles, not at the kernels that function calls in other files, so
-# its cache is emptied when any file with a kernel has changed.
-KERNELS := $(shell grep -rlE --include='*.py' '^@(kernel|leaf|inlined)' src/fiberplan)
-
 .PHONY: demo test check coverage fuzz bench bench-planners picture browser format clean
 .DELETE_ON_ERROR:
 
-demo: $(VENV)/.installed $(VENV)/.kernels ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
+demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
 	$(BIN)/fiberplan demo -o demo
 
 test: check ## everything that must hold before a change lands
 	$(BIN)/pytest -n 2
 
-check: $(VENV)/.test $(VENV)/.kernels
+check: $(VENV)/.test
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/repo-review . --show err
 
 coverage: $(VENV)/.test ## statements that small tests run, kernels included: the compiler is off, and no real data
-	NUMBA_DISABLE_JIT=1 FIBERPLAN_DATA=none $(BIN)/pytest -n 2 -m small --cov --cov-report=term-missing:skip-covered
+	NUMBA_DISABLE_JIT=1 FIBERPLAN_NO_DATA=1 $(BIN)/pytest -n 2 -m small --cov --cov-report=term-missing:skip-covered
 
-fuzz: $(VENV)/.test $(VENV)/.kernels ## random campaigns, three minutes; OPTIONS="--seed 1000 --only plans" for others
+fuzz: $(VENV)/.test ## random campaigns, three minutes; OPTIONS="--seed 1000 --only plans" for others
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(OPTIONS)
 
-bench: $(VENV)/.installed $(VENV)/.kernels ## the figures of the README
+bench: $(VENV)/.installed ## the figures of the README
 	$(BIN)/python benchmarks/bench.py
 
-bench-planners: $(VENV)/.installed $(VENV)/.kernels ## every planner on every scene; OPTIONS="--quick" for the small ones
+bench-planners: $(VENV)/.installed ## every planner on every scene; OPTIONS="--quick" for the small ones
 	$(BIN)/python benchmarks/planners.py $(OPTIONS)
 
 picture: demo ## the picture of the README
@@ -65,7 +62,3 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
 	@touch $@ $(VENV)/.installed
-
-$(VENV)/.kernels: $(KERNELS) | $(BIN)/python
-	@find src -name '*.nb[ic]' -delete
-	@touch $@

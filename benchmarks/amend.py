@@ -14,7 +14,7 @@ import numpy as np
 
 import fiberplan as fp
 from fiberplan.errors import ProblemError
-from fiberplan.scenes.uniform import random_configuration, uniform_field
+from fiberplan.scenes.uniform import uniform_field
 
 MARGINS = (0.0, 1.0, 2.0)  # [mm]: buffers of 1.5, 2.0 and 2.5
 SEED = 1
@@ -38,7 +38,7 @@ def row(plan: fp.Plan, count: int) -> str:
     cpu, others, longest, lost, refused = [], [], 1.0, 0, 0
     while len(cpu) < count:
         i = int(rng.integers(plane.n))
-        goal = random_configuration(plane, rng, np.array([i]))[0]
+        goal = plane.kinematics.random(plane, rng, np.array([i]))[0]
         begun = time.process_time()
         try:
             new = fp.planners.amend(plan, i, goal)

@@ -9,8 +9,6 @@ from fiberplan.scenes import decisive
 from fiberplan.scenes.decisive import PITCH
 from fiberplan.scenes.uniform import uniform_field
 
-PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
-
 
 def hexagon(rings=2, **changes):
     return fp.FocalPlane.hexagonal(rings, PITCH, **changes)
@@ -109,24 +107,9 @@ def behind_posts():
 
 def four_bars():
     """Three neighbours on MIRADAS' ring, ten times as fast, go from field to field past each other."""
-    plane = part(fp.FocalPlane.load("miradas"), [0, 1, 2])
+    plane = fp.FocalPlane.load("miradas").subset(np.arange(3))
     plane = plane.replace(max_speed=10.0 * plane.max_speed)
     return fp.Problem(plane, uniform_field(plane, 2, 0.5), uniform_field(plane, 3, 0.5), 0.5)
-
-
-def part(plane, who):
-    """Some positioners of an array of equal bodies."""
-    return plane.replace(
-        ids=tuple(plane.ids[i] for i in who),
-        fiber_offsets={name: offset[who] for name, offset in plane.fiber_offsets.items()},
-        **{name: getattr(plane, name)[who] for name in PER_POSITIONER},
-        **({} if plane.four_bar is None else {"four_bar": part_of(plane.four_bar, who)}),
-    )
-
-
-def part_of(four_bar, who):
-    """The four-bar values of some arms."""
-    return type(four_bar)(*(getattr(four_bar, name)[who] for name in four_bar.__dataclass_fields__))
 
 
 SCENES = (

@@ -38,7 +38,7 @@ def links(plane, i, angles):
 
 def four_bar_joints(plane, i, angles):
     """J1 (scalar), J2, J3, J4 (t,) of a four-bar arm at `angles` (t, 2), as complex numbers in the focal plane."""
-    bar, (t1, t2) = plane.four_bar, (angles + plane.zero[i]).T
+    bar, (t1, t2) = plane.kinematics, (angles + plane.zero[i]).T
     x = np.exp(1j * bar.orientation[i])
     j1 = complex(*plane.base[i])
     j2 = j1 + bar.spacing[i] * x
@@ -58,7 +58,7 @@ def four_bar_placed(plane, i, body, angles):
 
 def placed(plane, i, body, angles):
     """Points (t, k, 2) of a positioner's body at `angles` (t, 2)."""
-    if plane.four_bar is not None:
+    if isinstance(plane.kinematics, FourBar):
         return four_bar_placed(plane, i, body, angles)
     points = body.points[i] if body.points.ndim == 3 else body.points
     elbow, first, second = links(plane, i, angles)
@@ -199,7 +199,7 @@ def four_bar_plane(rng, n=3, shortest=(2.0, 8.0), longest=(25.0, 60.0), **others
                 raise ValueError("no configuration outside the zone of avoidance")
     base = rng.uniform(-20, 20, (n, 2))
     post = Obstacle("post", rng.uniform(-30, 30, (1, 2)), 1.0)
-    fields = {"folded": folded, "zero": zero, "four_bar": bar, "fiber_offsets": {"tip": np.array([30.0, 0.5])}}
+    fields = {"folded": folded, "zero": zero, "kinematics": bar, "fiber_offsets": {"tip": np.array([30.0, 0.5])}}
     return make_plane(base, bodies, (post,), length=length, **(fields | others))
 
 

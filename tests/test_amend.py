@@ -11,7 +11,7 @@ from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import amend
 from fiberplan.scenes.decisive import row
-from fiberplan.scenes.uniform import random_configuration, uniform_field
+from fiberplan.scenes.uniform import uniform_field
 from problems import among_obstacles, crowded, field_to_field, hexagon, offline_across, unequal
 from references import make_plane, varied_plane
 
@@ -38,7 +38,7 @@ def opportunities(plan, count, seed=0):
     rng, plane = np.random.default_rng(seed), plan.problem.plane
     while count:
         i = int(rng.choice(np.flatnonzero(plane.online)))
-        goal = random_configuration(plane, rng, np.array([i]))[0]
+        goal = plane.kinematics.random(plane, rng, np.array([i]))[0]
         others = plan.problem.requested.copy()
         others[list(plan.problem.dropped)] = np.nan
         others[i] = goal
@@ -313,12 +313,12 @@ def test_bodies_of_ones_own_and_categories_that_are_not_near():
 
 
 def test_a_part_is_what_it_is_in_the_whole():
-    from fiberplan.planners.amending.subarray import part_of, part_of_motion, sampled, with_part
+    from fiberplan.planners.amending.subarray import with_part
 
     rng = np.random.default_rng(8)
     plane = varied_plane(rng, n=6)
     who, obstacles = np.array([0, 2, 3, 5]), np.array([0, 2])
-    part = part_of(plane, who, obstacles)
+    part = plane.subset(who, obstacles)
     angles = rng.uniform(-3, 3, (6, 2))
     for a in range(4):
         for b in [*range(a + 1, 4), 4, 5]:
@@ -332,10 +332,10 @@ def test_a_part_is_what_it_is_in_the_whole():
     counts = rng.integers(1, 5, 6)
     times = np.concatenate([np.cumsum(rng.uniform(0.1, 1, c)) for c in counts])
     motion = fp.Trajectory(np.concatenate([[0], np.cumsum(counts)]), times, rng.normal(size=(len(times), 2)))
-    piece = part_of_motion(motion, who)
+    piece = motion.select(who)
     for t in (0.0, 0.7, 9.0):
         np.testing.assert_array_equal(piece.at(t), motion.at(t)[who])
-        np.testing.assert_allclose(sampled(motion, np.array([t]))[:, 0], motion.at(t), atol=1e-12)
+        np.testing.assert_allclose(motion.sampled(np.array([t]))[:, 0], motion.at(t), atol=1e-12)
     back = with_part(motion, who, piece)
     for field in ("offsets", "times", "angles"):
         np.testing.assert_array_equal(getattr(back, field), getattr(motion, field))

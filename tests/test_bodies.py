@@ -4,6 +4,7 @@ import shapely
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.outlines import side
 from fiberplan.kernels.clearance import clearance
 from references import STAR, make_plane
 
@@ -141,3 +142,58 @@ def test_bodies_keep_their_own_read_only_copy():
     np.testing.assert_array_equal(body.points, SQUARE)
     with pytest.raises(ValueError, match="read-only"):
         body.points[0, 0] = 1.0
+
+
+def test_valid_outlines_whose_edges_nearly_touch_are_taken():
+    """Down to distances that squared are zero; what shapely calls valid has an inside, and all of it is covered."""
+    rng, taken = np.random.default_rng(0), 0
+    for _ in range(700):
+        outline = random_star(rng, rng.integers(5, 14))
+        moved, edge = rng.integers(len(outline), size=2)
+        one, other = outline[edge], outline[(edge + 1) % len(outline)]
+        if moved in (edge, (edge + 1) % len(outline)):
+            continue
+        across = np.array([one[1] - other[1], other[0] - one[0]]) / np.hypot(*(other - one))
+        outline[moved] = (
+            one + rng.uniform() * (other - one) + rng.choice([-1, 1]) * 10.0 ** rng.uniform(-17, -3) * across
+        )
+        if not shapely.Polygon(outline).is_valid:
+            continue
+        taken += 1
+        pieces = pieces_of(outline)
+        assert sum(shapely.Polygon(p).area for p in pieces) == pytest.approx(shapely.Polygon(outline).area, rel=1e-9)
+    assert taken > 150
+
+
+TOUCHING = {
+    "vertex on an edge": [[0, 0], [4, 0], [4, 4], [2, 0], [0, 4]],
+    "vertex on a vertex": [[0, 0], [4, 0], [4, 4], [2, 1], [0, 4], [0, 2], [2, 1], [0, 1]],
+    "edge on an edge": [[0, 0], [4, 0], [4, 4], [3, 0], [1, 0], [0, 4]],
+    "spike": [[0, 0], [4, 0], [9, 0], [4, 0], [4, 4], [0, 4]],
+}
+
+
+@pytest.mark.parametrize("name", TOUCHING)
+@pytest.mark.parametrize("scale", [1.0, 1e-150, 1e150, 0.1])
+def test_outline_that_touches_itself_is_refused(name, scale):
+    with pytest.raises(InstrumentError, match="crosses itself"):
+        pieces_of(np.array(TOUCHING[name], float) * scale)
+
+
+def test_sides_are_exact():
+    a, b = np.array([0.5, 0.5]), np.array([12.0, 12.0])
+    for k in range(-20, 21):
+        c = np.array([24.0 + k * 2.0**-48, 24.0])  # rounding alone would call most of these collinear, or worse
+        assert side(a, b, c) == -np.sign(k)
+        assert side(b, a, c) == np.sign(k)
+
+
+@pytest.mark.parametrize("shape", ["star", "comb"])
+def test_outlines_of_thousands_of_vertices(shape):
+    if shape == "star":
+        outline = random_star(np.random.default_rng(1), 3000)
+    else:
+        teeth = np.stack([np.arange(1500.0), np.where(np.arange(1500) % 2, 9.0, 1.0)], axis=1)
+        outline = np.concatenate([teeth, [[1499.0, 0.0], [0.0, 0.0]]])
+    area = sum(shapely.Polygon(piece).area for piece in pieces_of(outline))
+    assert area == pytest.approx(shapely.Polygon(outline).area, rel=1e-9)

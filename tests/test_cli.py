@@ -18,6 +18,7 @@ from astropy.table import QTable, Table
 import fiberplan as fp
 from fiberplan.cli.app import run
 from fiberplan.cli.planner_options import FLAGS
+from fiberplan.errors import interrupted
 from fiberplan.scenes.uniform import uniform_field
 
 MARGIN = 0.8
@@ -54,7 +55,7 @@ def table(plane, goal):
 
 
 def listing(folder):
-    return {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+    return {path.name: path.lstat().st_mtime_ns for path in folder.iterdir()}
 
 
 def refused(folder, capsys, *arguments):
@@ -275,7 +276,7 @@ def test_unknown_names_suggest_the_nearest(folder, capsys):
     assert "sdss" in refused(folder, capsys, "plan", "sdsss", "field.ecsv", "-o", "plan.fits")
     assert "sdss" in refused(folder, capsys, "instruments", "sdsss")
     line = refused(folder, capsys, "plan", "plane.fits", "field.ecsv", "--planner", "greedy-fald", "-o", "plan.fits")
-    assert "did you mean greedy-fold?" in line
+    assert "did you mean 'greedy-fold'?" in line
     assert "sayres2021" in refused(folder, capsys, "reproduce", "sayres2020")
 
 
@@ -318,6 +319,7 @@ def test_reversed_joint_range(folder, scene, capsys):
                 for name in hdu.columns.names:
                     if name.lower().startswith("lower"):
                         hdu.data[name] = 7.0
+        del hdus[0].header["FPSHA256"], hdus[0].header["FPPLANE"]
         hdus.writeto("reversed.fits")
     line = refused(folder, capsys, "plan", "reversed.fits", "field.ecsv", "-o", "plan.fits")
     assert plane.ids[0] in line
@@ -370,6 +372,33 @@ def test_inputs_are_not_overwritten(folder, plan, capsys):
     refused(folder, capsys, "plan", "plane.fits", "field.ecsv", "-o", "plane.fits")
     refused(folder, capsys, "plan", "plane.fits", "field.ecsv", "-o", "new.fits", "--page", "new.fits")
     refused(folder, capsys, "show", "plan.fits", "-o", "./plan.fits")
+
+
+def test_outputs_end_as_what_they_are(folder, plan, capsys):
+    plan.write("plan.fits")
+    planned = ["plan", "plane.fits", "field.ecsv"]
+    assert refused(folder, capsys, "show", "plan.fits", "-o", "x.gif") == (
+        "x.gif: this command writes an HTML page, which ends in .html or .htm"
+    )
+    assert "writes a plan, which ends in .fits" in refused(folder, capsys, *planned, "-o", "plan.fits.gz")
+    assert "writes an HTML page" in refused(folder, capsys, *planned, "--page", "page.fits")
+    assert "an ECSV table" in refused(folder, capsys, "export", "plan.fits", "--to", "motions", "-o", "x.csv")
+    for command in (planned, ["show", "plan.fits"], ["export", "plan.fits", "--to", "ecsv"]):
+        assert refused(folder, capsys, *command, "-o", "-").startswith("-: stdout carries the answer in words; name")
+
+
+def test_outputs_that_no_file_can_be_made_of(folder, plan, capsys):
+    plan.write("plan.fits")
+    (folder / "a.html").symlink_to("b.html")
+    (folder / "b.html").symlink_to("a.html")
+    assert "too many levels of symbolic links" in refused(folder, capsys, "show", "plan.fits", "-o", "a.html")
+    (folder / "far.html").symlink_to("nowhere/page.html")
+    assert "nowhere" in refused(folder, capsys, "show", "plan.fits", "-o", "far.html")
+    os.link("plan.fits", "same.html")
+    assert "is an input of this command" in refused(folder, capsys, "show", "plan.fits", "-o", "same.html")
+    (folder / "null").symlink_to("/dev/null")
+    assert run(["show", "plan.fits", "-o", "null"]) == 0
+    assert (folder / "null").is_symlink()
 
 
 def test_instruments(capsys):
@@ -428,6 +457,53 @@ def test_interrupt_is_one_line(folder, capsys, monkeypatch):
     monkeypatch.setattr(fp.Plan, "read", interrupted)
     assert run(["verify", "plan.fits"]) == 130
     assert capsys.readouterr().err == "fiberplan: error: interrupted\n"
+
+
+def test_interrupt_within_a_kernel_is_no_bug(folder, capsys, monkeypatch):
+    """Compiled code returns with the interrupt set, which CPython reports as a SystemError."""
+
+    def interrupted(path):
+        try:
+            raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+        except SystemError as error:
+            raise ValueError("while unboxing") from error
+
+    monkeypatch.setattr(fp.Plan, "read", interrupted)
+    assert run(["verify", "plan.fits"]) == 130
+    assert capsys.readouterr().err == "fiberplan: error: interrupted\n"
+
+
+def test_interrupted_looks_at_causes_contexts_and_groups():
+    def chained(error, **links):
+        for name, value in links.items():
+            setattr(error, name, value)
+        return error
+
+    pressed = KeyboardInterrupt()
+    assert interrupted(pressed)
+    assert interrupted(
+        chained(SystemError(), __cause__=ValueError(), __context__=chained(OSError(), __cause__=pressed))
+    )
+    assert interrupted(BaseExceptionGroup("several", [ValueError(), pressed]))
+    circle = ValueError()
+    assert not interrupted(chained(circle, __context__=chained(OSError(), __context__=circle)))
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.4, 0.9, 1.6])
+def test_interrupt_at_any_moment(folder, delay):
+    """While modules are imported, kernels loaded and goals searched for: one line, never a traceback."""
+    begun = "from fiberplan.cli import main; print('begun', flush=True); main()"
+    arguments = ["plan", "plane.fits", "field.ecsv", "--planner", "prioritized-roadmap", "-o", "plan.fits"]
+    command = [sys.executable, "-c", begun, *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, **pipes) as process:
+        process.stdout.readline()
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=120)
+    assert process.returncode in (130, 0, 1), err  # it may have been faster than the signal
+    if process.returncode == 130:
+        assert err.splitlines()[-1] == "fiberplan: error: interrupted"
 
 
 def test_interrupt_leaves_no_half_file(tmp_path):

@@ -22,7 +22,6 @@ from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.scenes.decisive import exchange
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
-from problems import part
 
 DEG = np.pi / 180.0
 
@@ -30,7 +29,7 @@ DEG = np.pi / 180.0
 def row_of(n, pitch=22.4, **changes):
     """Positioners in a row along x, with joint ranges small enough to enumerate."""
     plane = fp.FocalPlane.hexagonal(3, pitch, **changes)
-    return part(plane, np.flatnonzero(np.abs(plane.base[:, 1]) < 1e-9)[:n])
+    return plane.subset(np.flatnonzero(np.abs(plane.base[:, 1]) < 1e-9)[:n])
 
 
 def two_arms():

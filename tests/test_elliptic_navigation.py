@@ -17,7 +17,6 @@ from fiberplan.planners.elliptic_navigation.relief import AWAY, GOING, RESTING, 
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.elliptic_navigation.zones import circles, elliptic_zones
 from fiberplan.scenes.uniform import uniform_field
-from problems import part
 
 ALONE = EllipticNavigationFunction(relief="none")
 
@@ -26,7 +25,7 @@ def nearest_to_the_middle(count, name="makarem2016"):
     plane = fp.FocalPlane.load(name)
     middle = plane.base[plane.index["R0C19"]]
     order = np.argsort(np.hypot(*(plane.base - middle).T), kind="stable")
-    return part(plane, order[:count])
+    return plane.subset(order[:count])
 
 
 def frame(plane, i, angles):
@@ -145,7 +144,7 @@ def test_one_of_five_leaves_its_target_to_let_another_pass_and_comes_back():
     assert away[-1] < 1e-6
     others = np.arange(5) != 4
     end = plan.trajectory.end
-    without = part(plane, np.flatnonzero(others))
+    without = plane.subset(np.flatnonzero(others))
     held = ALONE.plan(fp.Problem(plane.replace(online=others), np.where(others[:, None], plane.folded, end), goal))
     assert Outcome.DEADLOCKED in held.outcomes  # if it did not give way
     assert set(ALONE.plan(fp.Problem(without, without.folded, goal[others])).outcomes) == {Outcome.ARRIVED}
@@ -154,7 +153,7 @@ def test_one_of_five_leaves_its_target_to_let_another_pass_and_comes_back():
 @pytest.fixture(scope="module")
 def crowd():
     """A field that the potential alone does not finish."""
-    plane = part(fp.FocalPlane.load("moons"), np.arange(400, 520))
+    plane = fp.FocalPlane.load("moons").subset(np.arange(400, 520))
     return fp.Problem(plane, plane.folded, uniform_field(plane, 3), priority=np.linspace(1.0, 2.0, 120))
 
 
@@ -230,7 +229,7 @@ def test_states_of_relief(crowd):
 def test_rounds_run_side_by_side_where_nobody_could_touch():
     """0 and 1 are neighbours, 2 is far away: its block begins at once, that of 1 when 0 has come to rest."""
     far = nearest_to_the_middle(7)
-    plane = part(far, [0, 1, 2]).replace(base=np.array([[0.0, 0.0], [25.0, 0.0], [300.0, 0.0]]))
+    plane = far.subset([0, 1, 2]).replace(base=np.array([[0.0, 0.0], [25.0, 0.0], [300.0, 0.0]]))
     steps = [[0, 5, 11, 20], [0, 30, 40, 60, 64], [0, 2, 50, 57]]  # the last knots of each are in its blocks
     angles = [0.01 * np.arange(len(some))[:, None] * [1.0, 1.0] for some in steps]
     offsets = np.cumsum([0, *map(len, steps)])

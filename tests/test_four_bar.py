@@ -41,7 +41,9 @@ def test_frames_agree_with_the_papers_joints():
             np.testing.assert_allclose(found, np.concatenate(shapes), atol=1e-10)
             _, _, j3, j4 = four_bar_joints(plane, i, angles[None])
             assert slider(plane.arms, i, *angles) == pytest.approx(abs(j4 - j3)[0], abs=1e-11)
-            assert plane.sliders(np.tile(angles, (plane.n, 1)))[i] == pytest.approx(abs(j4 - j3)[0], abs=1e-11)
+            assert plane.kinematics.sliders(plane.length, np.tile(angles, (plane.n, 1)), plane.zero)[
+                i
+            ] == pytest.approx(abs(j4 - j3)[0], abs=1e-11)
 
 
 def test_tip_as_printed_where_the_print_is_right():
@@ -51,7 +53,7 @@ def test_tip_as_printed_where_the_print_is_right():
         base=np.zeros((1, 2)),
         length=np.array([80.0]),
         zero=np.zeros((1, 2)),
-        four_bar=bar,
+        kinematics=bar,
         folded=np.array([[np.pi, 0.0]]),
         fiber_offsets={"tip": np.array([260.0, 0.0])},
     )
@@ -77,8 +79,8 @@ def test_inverse_kinematics_finds_every_solution(seed, theta1, theta2):
     found = found[np.isfinite(found[:, 0])]
     assert all(np.abs(plane.fibers(f[None]) - point).max() < 1e-7 for f in found)
     assert not any(plane.in_avoidance(f[None])[0] for f in found)
-    length = plane.sliders(angles)[0]
-    if plane.four_bar.shortest[0] <= length <= plane.four_bar.longest[0]:
+    length = plane.kinematics.sliders(plane.length, angles, plane.zero)[0]
+    if plane.kinematics.shortest[0] <= length <= plane.kinematics.longest[0]:
         turned = np.abs((found - angles + np.pi) % (2 * np.pi) - np.pi).max(axis=1)
         assert turned.min() < 1e-5  # the root is flat at the edge of reach
     assert np.all(found[:, 0] >= plane.lower[0, 0])
@@ -100,7 +102,7 @@ def test_most_points_have_several_solutions():
 @given(SEED, ANGLE, ANGLE, TURN, TURN)
 def test_leaving_the_range_is_never_missed(seed, theta1, theta2, turn1, turn2):
     plane = four_bar_plane(np.random.default_rng(seed), n=1)
-    low, high = plane.four_bar.shortest[0], plane.four_bar.longest[0]
+    low, high = plane.kinematics.shortest[0], plane.kinematics.longest[0]
     part, length = leaves_range(plane.arms, 0, theta1, theta2, turn1, turn2)
     lengths = sampled_sliders(plane, 0, (theta1, theta2), (turn1, turn2))
     outside = (lengths < low - 1.1e-6) | (lengths > high + 1.1e-6)
@@ -115,13 +117,15 @@ def test_touching_the_limit_is_in_range():
     plane = four_bar_plane(np.random.default_rng(5), n=1)
     step = np.array([0.7, -1.1])
     lengths = sampled_sliders(plane, 0, plane.folded[0], step, 200_001)
-    bar = plane.four_bar
+    bar = plane.kinematics
     exactly = plane.replace(
-        four_bar=FourBar(bar.spacing, bar.rocker, np.array([lengths.min()]), np.array([lengths.max()]), bar.orientation)
+        kinematics=FourBar(
+            bar.spacing, bar.rocker, np.array([lengths.min()]), np.array([lengths.max()]), bar.orientation
+        )
     )
     assert np.isnan(leaves_range(exactly.arms, 0, *plane.folded[0], *step)[0])
     tighter = plane.replace(
-        four_bar=FourBar(
+        kinematics=FourBar(
             bar.spacing, bar.rocker, np.array([lengths.min() + 1e-4]), np.array([lengths.max()]), bar.orientation
         ),
         folded=plane.folded + step * (0.5 if lengths[100_000] > lengths.min() + 1e-3 else 0.25),
@@ -193,7 +197,7 @@ def test_singular_configurations_have_an_answer():
     bar = FourBar(*(np.full(2, x) for x in (20.0, 12.0, 2.0, 60.0)), np.zeros(2))
     angle = np.arccos(10.0 / 12.0)  # J3 and J4 meet above the middle of J1 J2
     plane = plane.replace(
-        four_bar=bar,
+        kinematics=bar,
         length=np.full(2, 12.0),
         zero=np.zeros((2, 2)),
         folded=np.zeros((2, 2)) + [np.pi, 0.0],
@@ -241,7 +245,7 @@ def test_certificates_are_never_above_what_is_sampled(seed, jitter):
                 ]
             )
         ]
-        if (length < plane.four_bar.shortest[i] - 1e-5).any() or (length > plane.four_bar.longest[i] + 1e-5).any()
+        if (length < plane.kinematics.shortest[i] - 1e-5).any() or (length > plane.kinematics.longest[i] + 1e-5).any()
     }
     assert singular >= seen_inside
     assert certificate.ok is (
@@ -259,7 +263,7 @@ def test_zone_between_knots_is_found_with_its_time():
         if plane.in_avoidance(end[None])[0]:
             continue
         lengths = sampled_sliders(plane, 0, plane.folded[0], end - plane.folded[0], 100_001)
-        outside = np.flatnonzero((lengths < plane.four_bar.shortest[0]) | (lengths > plane.four_bar.longest[0]))
+        outside = np.flatnonzero((lengths < plane.kinematics.shortest[0]) | (lengths > plane.kinematics.longest[0]))
         certificate = verify(plane, motion_of([(0.0, *plane.folded[0]), (4.0, *end)]))
         if not len(outside):
             assert not certificate.zones

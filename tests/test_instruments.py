@@ -104,17 +104,17 @@ def test_definition(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("upper = 360", "upper = -360", r"joints.alpha: lower 0 deg is above upper -360 deg"),
-        ("folded = 180", "folded = 181", r"joints.beta: folded 181 deg is outside 0 to 180 deg"),
-        ("pitch = 22.4", "pitch = 0", r"grid.pitch = 0: input should be greater than 0"),
-        ("pitch = 22.4", "pitch = nan", r"grid.pitch = nan: input should be a finite number"),
-        ("pitch = 22.4", "", r"grid.pitch: is missing"),
-        ("pitch = 22.4", "pitch = 22.4\nptich = 3", r"grid.ptich: no such field"),
-        ("pitch = 22.4", 'pitch = "wide"', r"grid.pitch = 'wide': input should be a valid number"),
+        ("upper = 360", "upper = -360", r"joints.alpha.lower = 0: lower 0 deg is above upper -360 deg"),
+        ("folded = 180", "folded = 181", r"joints.beta.folded = 181: folded 181 deg is outside 0 to 180 deg"),
+        ("pitch = 22.4", "pitch = 0", r"line 7: grid.pitch = 0: must be above 0"),
+        ("pitch = 22.4", "pitch = nan", r"line 7: grid.pitch = nan: must be a finite number"),
+        ("pitch = 22.4", "", r"line 4: grid.pitch: is missing"),
+        ("pitch = 22.4", "pitch = 22.4\nptich = 3", r"grid.ptich = 3: no such field; did you mean 'pitch'\?"),
+        ("pitch = 22.4", 'pitch = "wide"', r"grid.pitch = 'wide': must be a number"),
         ("pitch = 22.4", 'pitch = 22.4\nempty = ["R1C1"]', r"grid.empty: the grid has no hole 'R1C1'; did you mean 'R"),
-        ("pitch = 22.4", "pitch = = 22.4", r"not valid TOML: .*line 7"),
-        ("radius = 1.5", "radius = -1.5", r"bodies.0.radius = -1.5"),
-        ("format = 1", "format = 2", r"format = 2"),
+        ("pitch = 22.4", "pitch = = 22.4", r"line 7, column 9: is not valid TOML"),
+        ("radius = 1.5", "radius = -1.5", r"bodies.0.radius = -1.5: must be 0 or more"),
+        ("format = 1", "format = 2", r"format = 2: must be 1"),
     ],
 )
 def test_bad_definition_names_the_field(tmp_path, old, new, message):

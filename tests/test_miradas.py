@@ -8,6 +8,7 @@ from fiberplan.certificates import ZoneEntry, verify
 from fiberplan.cli.app import run
 from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.two_link import TWO_LINK
 from fiberplan.io.plan_file import plan_bytes, read_certificate
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
@@ -74,15 +75,15 @@ def test_definition_needs_ring_and_bars_together(tmp_path):
 
 
 def test_rocker_bodies_need_bars(plane):
-    with pytest.raises(InstrumentError, match="a body rides on the rocker, but these positioners have two links"):
-        plane.replace(four_bar=None)
+    with pytest.raises(InstrumentError, match="rides on the rocker, but two-link arms have the links base, alpha"):
+        plane.replace(kinematics=TWO_LINK)
 
 
 def test_instrument_file_gives_back_the_same_arms(plane, tmp_path):
     plane.write(tmp_path / "arms.fits")
     again = FocalPlane.load(tmp_path / "arms.fits")
     for name in ("spacing", "rocker", "shortest", "longest", "orientation"):
-        np.testing.assert_array_equal(getattr(again.four_bar, name), getattr(plane.four_bar, name))
+        np.testing.assert_array_equal(getattr(again.kinematics, name), getattr(plane.kinematics, name))
     assert again.field_radius == plane.field_radius
     np.testing.assert_array_equal(again.arms.bar, plane.arms.bar)
     np.testing.assert_array_equal(again.arms.arm, plane.arms.arm)
@@ -93,7 +94,7 @@ def test_plan_files_of_format_1_are_still_read(tmp_path):
     path.write_bytes(gzip.decompress((Path(__file__).parent / "format1.fits.gz").read_bytes()))
     old = Plan.read(path)
     assert not old.faults()
-    assert old.problem.plane.four_bar is None
+    assert old.problem.plane.kinematics is TWO_LINK
     assert old.problem.plane.field_radius == np.inf
     assert len(old.having(Outcome.ARRIVED)) == 6
 
@@ -117,10 +118,10 @@ def test_zone_is_a_fault_of_its_own_kind(plane, through_the_zone, tmp_path, caps
     assert not certificate.ok
     assert not certificate.violations
     assert entry.positioner == 0
-    before = plane.sliders(through_the_zone.trajectory.at(entry.time - 0.01))[0]
-    after = plane.sliders(through_the_zone.trajectory.at(entry.time + 0.01))[0]
-    assert plane.four_bar.shortest[0] < before < plane.four_bar.longest[0]
-    assert not plane.four_bar.shortest[0] < after < plane.four_bar.longest[0]
+    before = plane.kinematics.sliders(plane.length, through_the_zone.trajectory.at(entry.time - 0.01), plane.zero)[0]
+    after = plane.kinematics.sliders(plane.length, through_the_zone.trajectory.at(entry.time + 0.01), plane.zero)[0]
+    assert plane.kinematics.shortest[0] < before < plane.kinematics.longest[0]
+    assert not plane.kinematics.shortest[0] < after < plane.kinematics.longest[0]
     assert any("1 zones of avoidance entered" in fault for fault in through_the_zone.faults())
 
     path = tmp_path / "zone.fits"

@@ -85,27 +85,3 @@ def test_every_module_is_imported_without_side_effects(capsys):
         if parts[-1] != "__main__":
             importlib.import_module(".".join(parts).removesuffix(".__init__"))
     assert capsys.readouterr() == ("", "")
-
-
-@pytest.fixture
-def tree(tmp_path):
-    """A project that make takes for built, with one kernel and its compiled cache."""
-    (tmp_path / "Makefile").write_text(MAKEFILE)
-    (tmp_path / "pyproject.toml").touch()
-    for name in (".venv/bin/python", "src/fiberplan/kernels/one.py", "src/fiberplan/kernels/__pycache__/one.nbi"):
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("@kernel\n")
-    (tmp_path / "src/fiberplan/other.py").touch()
-    subprocess.run(["make", "-s", ".venv/.kernels"], cwd=tmp_path, check=True)
-    (tmp_path / "src/fiberplan/kernels/__pycache__/one.nbi").touch()
-    return tmp_path
-
-
-@pytest.mark.parametrize(("changed", "kept"), [("kernels/one.py", False), ("other.py", True)])
-def test_compiled_kernels_go_when_any_kernel_changes(tree, changed, kept):
-    stamp = tree / ".venv/.kernels"
-    later = stamp.stat().st_mtime + 10
-    os.utime(tree / "src/fiberplan" / changed, (later, later))
-    subprocess.run(["make", "-s", ".venv/.kernels"], cwd=tree, check=True)
-    assert (tree / "src/fiberplan/kernels/__pycache__/one.nbi").exists() == kept

@@ -49,7 +49,7 @@ def test_detailed_case_adds_up(plane, goals, tmp_path):
 def test_changed_lengths_still_make_arms(which, change, plane):
     """Park is clear and outside the zone of avoidance, tips stay where they were, and bodies end where links do."""
     other = varied(plane, which, change)
-    changed = {"spacing": other.four_bar.spacing, "rocker": other.four_bar.rocker}
+    changed = {"spacing": other.kinematics.spacing, "rocker": other.kinematics.rocker}
     changed |= {"length": other.length, "tip": other.fiber[:, 0]}
     before = {"spacing": 110.0, "rocker": 60.0, "length": 80.0, "tip": 260.0}
     for name, value in before.items():
@@ -57,5 +57,5 @@ def test_changed_lengths_still_make_arms(which, change, plane):
     np.testing.assert_allclose(other.fibers(other.folded), plane.fibers(plane.folded), atol=1e-9)
     assert other.clearance(other.folded).min() > 1.0
     probe, carriage, crank, rocker = other.bodies
-    ends = (other.fiber[0, 0], other.four_bar.rocker[0], other.length[0], other.four_bar.rocker[0])
+    ends = (other.fiber[0, 0], other.kinematics.rocker[0], other.length[0], other.kinematics.rocker[0])
     assert [body.points[-1, 0] for body in (probe, carriage, crank, rocker)] == pytest.approx(ends)

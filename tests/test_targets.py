@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.inverse_kinematics import TOLERANCE, solutions
+from fiberplan.focal_plane.inverse_kinematics import solutions
+from fiberplan.focal_plane.two_link import TOLERANCE
 from fiberplan.io.states import read_configuration
 from fiberplan.problem import Problem, Targets
 

@@ -7,7 +7,7 @@ import fiberplan as fp
 from fiberplan.certificates import proven_unreachable
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
-from fiberplan.scenes.uniform import random_configuration, uniform_field
+from fiberplan.scenes.uniform import uniform_field
 
 DEG = np.pi / 180.0
 
@@ -76,7 +76,7 @@ def test_proven_goals_are_far_fewer_than_open_ones():
     plane = plane.replace(online=online)
     proven = 0
     for i in np.flatnonzero(online):
-        for goal in random_configuration(plane, rng, np.full(6, i)):
+        for goal in plane.kinematics.random(plane, rng, np.full(6, i)):
             if proven_unreachable(plane, i, start, goal, 0.0):
                 proven += 1
                 assert proven_unreachable(plane, i, start, goal, 0.4)

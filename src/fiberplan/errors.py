@@ -35,3 +35,21 @@ class PlanError(FiberplanError):
 
 class TrajectoryError(FiberplanError):
     """Knots that do not make a trajectory."""
+
+
+def interrupted(error: BaseException) -> bool:
+    """Whether an error is Ctrl-C or comes of it, by cause or context.
+
+    An interrupt within a compiled kernel surfaces as a SystemError whose cause it is; one within an import or a
+    callback, as whatever was raised on the way out.
+    """
+    todo: list[BaseException | None] = [error]
+    seen: set[int] = set()
+    while todo:
+        one = todo.pop()
+        if isinstance(one, KeyboardInterrupt):
+            return True
+        if one is not None and id(one) not in seen:
+            seen.add(id(one))
+            todo += [one.__cause__, one.__context__, *getattr(one, "exceptions", ())]
+    return False

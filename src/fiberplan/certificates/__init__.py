@@ -1,4 +1,10 @@
-"""Proofs, of safety and of there being no way, that know nothing of planners."""
+"""Proofs, of safety and of there being no path, that know nothing of planners, plans or problems.
+
+- `safety`: `verify`, what it found (`Certificate`, `Contact`, `ZoneEntry`), and which pairs it has to look into
+- `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
+- `path`: a trajectory as the proof's kernels take it
+- `unreachable`: `proven_unreachable`, by flooding boxes of joint space
+"""
 
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
 from fiberplan.certificates.unreachable import proven_unreachable

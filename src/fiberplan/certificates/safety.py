@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
 from fiberplan.certificates.path import KNOT, Motion, measure, zone_entries
 from fiberplan.errors import TrajectoryError
@@ -41,7 +41,7 @@ class ZoneEntry:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(Frozen):
     """What could be proven of a motion. Clearances are less what jitter and position errors can take."""
 
     margin: float  #: [mm]
@@ -56,6 +56,14 @@ class Certificate:
     violations: tuple[str, ...] = ()  #: ranges, speeds, offline positioners that move
     resting: tuple[Contact, ...] = field(default=())  #: contacts of two that cannot move: reported, not a failure
     zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("pairs", np.int64), ("clearance", float)):
+            for field_ in (name, f"obstacle_{name}"):
+                object.__setattr__(self, field_, read_only(getattr(self, field_), dtype))
+
+    def __repr__(self) -> str:
+        return f"<Certificate: {self}>"
 
     @property
     def ok(self) -> bool:
@@ -103,7 +111,9 @@ def verify(
     """
     if trajectory.n != plane.n:
         raise TrajectoryError(f"the motion has {trajectory.n} positioners, the focal plane {plane.n}")
-    error = np.asarray(position_error, float)
+    margin = number(margin, "mm", "margin", TrajectoryError)
+    jitter = number(jitter, "s", "jitter", TrajectoryError)
+    error = read_only(position_error, unit="mm", name="position error", error=TrajectoryError)
     if error.shape not in ((), (plane.n,)):
         raise TrajectoryError(f"position error must be one number or {plane.n}, got shape {error.shape}")
     error = np.broadcast_to(error, (plane.n,))
@@ -122,7 +132,7 @@ def verify(
     resting: list[Contact] = []
     for k in np.flatnonzero(~(low >= margin)):
         i, j = (int(arm) for arm in pairs[k])
-        contact = Contact((i, j if j < plane.n else plane.n - 1 - j), float(when[k]), float(seen[k]))
+        contact = Contact((plane.public(i), plane.public(j)), float(when[k]), float(seen[k]))
         if not (moves[i] or moves[j]):
             resting.append(contact)
         else:
@@ -153,7 +163,7 @@ def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
 
 def _zones(plane: FocalPlane, path: Motion) -> tuple[ZoneEntry, ...]:
     """Online positioners that are not shown to stay out of their zone of avoidance, by time."""
-    if plane.four_bar is None:
+    if not plane.kinematics.has_avoidance:
         return ()
     found = [
         ZoneEntry(i, float(time), float(length))
@@ -169,8 +179,7 @@ def _by_time(contacts: list[Contact]) -> tuple[Contact, ...]:
 
 def _violations(plane: FocalPlane, trajectory: Trajectory) -> Iterable[str]:
     """Knots out of range, segments too fast, offline positioners that move; the worst of each kind per positioner."""
-    owner = np.repeat(np.arange(plane.n), np.diff(trajectory.offsets))
-    angles, times = trajectory.angles, trajectory.times
+    owner, angles, times = trajectory.owner, trajectory.angles, trajectory.times
     online = plane.online[owner]
 
     beyond = np.maximum(plane.lower[owner] - angles, angles - plane.upper[owner])

@@ -10,7 +10,8 @@ proof stands for the whole field. That a proof is not found says nothing.
 import numpy as np
 from scipy.ndimage import label
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import number, read_only
+from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import motion
 from fiberplan.kernels.clearance import clearance
@@ -48,8 +49,11 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
     Returns:
         True only with proof; False if there is a way or if nothing was proven, as for joint ranges without ends.
     """
+    margin = number(margin, "mm", "margin", ProblemError)
+    start = read_only(start, unit="rad", name="start", error=ProblemError)
+    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)
     low, high = plane.lower[i], plane.upper[i]
-    if plane.four_bar is not None or not np.all(np.isfinite([low, high])):
+    if plane.kinematics.has_avoidance or not np.all(np.isfinite([low, high])):
         return False
     pairs = plane.arm_pairs_within(margin)
     beside = np.concatenate([pairs[pairs[:, 0] == i, 1], pairs[pairs[:, 1] == i, 0]])
@@ -61,7 +65,7 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
         width = (high - low) / count
         blocked = _blocked(plane.arms, i, fixed, pose, low, width, count, margin)
         connected, _ = label(~blocked, structure=np.ones((3, 3)))
-        ends = [connected[_boxes_at(q, low, width, count)] for q in (start[i], np.asarray(goal, float))]
+        ends = [connected[_boxes_at(q, low, width, count)] for q in (start[i], goal)]
         if not np.intersect1d(ends[0][ends[0] > 0], ends[1][ends[1] > 0]).size:
             return True
     return False

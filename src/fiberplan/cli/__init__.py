@@ -1,9 +1,23 @@
 """The command line: parses, calls, prints; no logic of its own.
 
 Commands speak degrees, millimetres and seconds. Exit codes: 0 done, 1 the answer is no, 2 bad input (one line on
-stderr, nothing written), 130 interrupted.
+stderr, nothing written), 130 interrupted, 143 terminated.
 """
 
-from fiberplan.cli.app import main
+import sys
+
+from fiberplan.errors import interrupted
 
 __all__ = ["main"]
+
+
+def main() -> None:
+    """The ``fiberplan`` command."""
+    try:
+        from fiberplan.cli.app import run
+    except BaseException as error:  # Ctrl-C while the commands are imported
+        if not interrupted(error):
+            raise
+        print("fiberplan: error: interrupted", file=sys.stderr)
+        sys.exit(130)
+    sys.exit(run(sys.argv[1:]))

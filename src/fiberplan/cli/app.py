@@ -1,9 +1,11 @@
 """The commands together, and what every one of them does with an error: one line on stderr and an exit code."""
 
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Annotated
+from types import FrameType
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -18,10 +20,11 @@ from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
 from fiberplan.cli.verify import verify
 from fiberplan.cli.warmup import warmup
-from fiberplan.errors import FiberplanError
+from fiberplan.errors import FiberplanError, interrupted
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+ENDING = (signal.SIGTERM, signal.SIGHUP)  # exit 143 and 129
 BUG = 70  # anything but 1, which means that the answer is no
 
 app = typer.Typer(
@@ -57,26 +60,54 @@ def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     try:
         code = app(args=list(arguments), prog_name="fiberplan", standalone_mode=False)
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    except FiberplanError as error:
-        complain(str(error))
-        return BAD_INPUT
-    except OSError as error:
-        complain(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
-        return BAD_INPUT
-    except Exception as error:
-        if hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
-            complain(error.format_message())
-            return BAD_INPUT
-        traceback.print_exc()
-        complain("this is a bug in fiberplan; the lines above say where")
-        return BUG
+    except Ended as ended:
+        complain("terminated")
+        return 128 + ended.number
+    except (KeyboardInterrupt, Exception) as error:
+        return _explained(error)
     if code == INTERRUPTED:
         complain("interrupted")
     return code if isinstance(code, int) else 0
 
 
+def _explained(error: BaseException) -> int:
+    """Say on stderr what went wrong, and return the exit code for it."""
+    if interrupted(error):
+        complain("interrupted")
+        return INTERRUPTED
+    if isinstance(error, OSError):
+        complain(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
+    elif isinstance(error, FiberplanError):
+        complain(str(error))
+    elif hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
+        complain(error.format_message())
+    else:
+        traceback.print_exception(error)
+        complain("this is a bug in fiberplan; the lines above say where")
+        return BUG
+    return BAD_INPUT
+
+
+class Ended(BaseException):
+    """A signal asked the command to end: whatever is half done is undone on the way out, as after Ctrl-C.
+
+    It is no interrupt, after which planners return the best that they have.
+    """
+
+    def __init__(self, number: int):
+        super().__init__(number)
+        self.number = number
+
+
+def _end(number: int, frame: FrameType | None) -> NoReturn:
+    for each in ENDING:
+        signal.signal(each, signal.SIG_IGN)  # clearing up is not disturbed
+    raise Ended(number)
+
+
 def main() -> None:
     """The ``fiberplan`` command."""
+    for each in ENDING:
+        if signal.getsignal(each) is signal.SIG_DFL:  # `nohup` has it ignored
+            signal.signal(each, _end)
     sys.exit(run(sys.argv[1:]))

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fiberplan.cli.options import SeedOption
-from fiberplan.cli.output import made_folder, refuse_unwritable, say, working
+from fiberplan.cli.output import made_folder, page_output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.report import findings, lost_targets
 
 MARGIN = 0.8  # [mm] with arms of radius 1.5 mm the same as the papers' buffer of 1.9 mm
@@ -22,7 +22,7 @@ def demo(
     """Plan, prove and show a move between two made-up fields: the SDSS-V array, targets clustered as galaxies are."""
     output, page = folder / "plan.fits", folder / "plan.html"
     made_folder(folder)
-    refuse_unwritable(output, page)
+    refuse_unwritable(plan_output(output), page_output(page))
     with working("planning from field to field of the sdss array"):
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.planners import Direct, GreedyFold

@@ -17,8 +17,18 @@ def instruments(
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help="A built-in name, or an instrument's file or folder.")
     ] = None,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON Schema of instrument files (TOML) instead.")
+    ] = False,
 ) -> None:
     """List the built-in instruments, or tell what one is made of and where its numbers come from."""
+    if schema:
+        import json
+
+        from fiberplan.instruments import definition_model
+
+        say(json.dumps(definition_model.schema(), indent=2))
+        return
     from rich.table import Table
 
     from fiberplan.focal_plane import FocalPlane
@@ -28,7 +38,7 @@ def instruments(
         table = Table("name", "positioners", "what it is")
         for known in names():
             plane = FocalPlane.load(known)
-            table.add_row(known, str(plane.n), plane.notes[0])
+            table.add_row(known, str(plane.n), next(iter(plane.notes), ""))
         say(table)
         return
     plane = FocalPlane.load(name)
@@ -50,10 +60,8 @@ def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:
     yield "base to elbow", f"{_between(plane.length)} mm"
     for fiber, offset in plane.fiber_offsets.items():
         yield f"elbow to fiber '{fiber}'", f"{_between(np.linalg.norm(offset, axis=1))} mm"
-    if plane.four_bar is not None:
-        bar = plane.four_bar
-        yield "J1 to J2, J2 to J4", f"{_between(bar.spacing)} and {_between(bar.rocker)} mm"
-        yield "slider", f"{_between(bar.shortest)} to {_between(bar.longest)} mm"
+    for what, values, unit in plane.kinematics.describe():
+        yield what, f"{' to '.join(map(_between, values))} {unit}"
     if np.isfinite(plane.field_radius):
         yield "field", f"radius {plane.field_radius:g} mm"
     for k, joint in enumerate(("alpha", "beta")):

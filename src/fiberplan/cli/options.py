@@ -6,4 +6,4 @@ from typing import Annotated
 import typer
 
 PlanArgument = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan written by `fiberplan plan`.")]
-SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random choice.", min=0)]
+SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random choice.", min=0, max=2**63 - 1)]

@@ -6,14 +6,15 @@ On a terminal long work shows a bar; in a pipe nothing but the answer is printed
 
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from rich.console import Console, RenderableType
 
 from fiberplan.errors import FiberplanError
+from fiberplan.tables.atomic import is_special, refuse_folder, refuse_unwritable_place
 
 WIDE = 160  # columns of a table in a pipe
 
@@ -27,6 +28,24 @@ class _Patient(Console):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
+
+
+class Output(NamedTuple):
+    """A file that a command writes."""
+
+    path: Path | None  #: None: not asked for
+    suffixes: tuple[str, ...]  #: the endings it may have; the first is the usual one
+    what: str  #: what is written, in words
+
+
+def plan_output(path: Path | None) -> Output:
+    """A plan to write."""
+    return Output(path, (".fits",), "a plan")
+
+
+def page_output(path: Path | None) -> Output:
+    """A page to write."""
+    return Output(path, (".html", ".htm"), "an HTML page")
 
 
 def say(what: RenderableType, style: str | None = None) -> None:
@@ -58,36 +77,37 @@ def working(what: str) -> Iterator[Callable[[str], None]]:
             yield lambda how_far: progress.update(task, description=f"{what}: {how_far}")
 
 
-def refuse_unwritable(*outputs: Path | None, inputs: tuple[Path | None, ...] = ()) -> None:
-    """Before any work: can every output be written, is each a file of its own, and is none of them an input?
+def refuse_unwritable(*outputs: Output, inputs: tuple[Path | None, ...] = ()) -> None:
+    """Before any work: can every output be written, does it end as what it is, and is it a file of its own?
 
     Raises:
         FiberplanError: naming the first output that cannot.
     """
-    taken = {path.resolve(): "an input" for path in inputs if path is not None and path.exists()}
-    for path in outputs:
+    taken = {_identity(path): "an input" for path in inputs if path is not None and path.exists()}
+    for path, suffixes, what in outputs:
         if path is None:
             continue
+        if str(path) == "-":
+            raise FiberplanError("-: stdout carries the answer in words; name a file (./- for one that is called -)")
         if path.is_dir():
             raise FiberplanError(f"{path} is a folder, not a file")
-        if path.resolve() in taken:
-            raise FiberplanError(f"{path} is {taken[path.resolve()]} of this command already")
-        taken[path.resolve()] = "an output"
-        refuse_folder(path.parent, path)
+        refuse_unwritable_place(path, FiberplanError)
+        if is_special(path):
+            continue
+        if path.suffix and path.suffix.lower() not in suffixes:
+            raise FiberplanError(f"{path}: this command writes {what}, which ends in {' or '.join(suffixes)}")
+        if _identity(path) in taken:
+            raise FiberplanError(f"{path} is {taken[_identity(path)]} of this command already")
+        taken[_identity(path)] = "an output"
 
 
-def refuse_folder(folder: Path, output: Path) -> None:
-    """Can a file be made in `folder`?
-
-    Raises:
-        FiberplanError: the folder does not exist, is not one, or may not be written to.
-    """
+def _identity(path: Path) -> object:
+    """What two names of one file have in common: hard links have one node, files to come one real path."""
     try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise FiberplanError(f"{output} cannot be written: folder {folder}: {reason}") from None
+        status = path.stat()
+    except OSError:
+        return os.path.realpath(path)
+    return status.st_dev, status.st_ino
 
 
 def made_folder(folder: Path) -> Path:
@@ -100,5 +120,5 @@ def made_folder(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FiberplanError(f"folder {folder} cannot be made: {(error.strerror or str(error)).lower()}") from None
-    refuse_folder(folder, folder)
+    refuse_folder(folder, folder, FiberplanError)
     return folder

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fiberplan.cli.options import SeedOption
-from fiberplan.cli.output import refuse_unwritable, say, working
+from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.planner_options import with_planner_options
 from fiberplan.cli.report import findings, lost_targets
 
@@ -40,7 +40,7 @@ def plan(
 
     Without -o and --page nothing is written.
     """
-    refuse_unwritable(output, page, inputs=(Path(instrument), targets, start))
+    refuse_unwritable(plan_output(output), page_output(page), inputs=(Path(instrument), targets, start))
     with working("planning") as tell:
         from fiberplan.cli.planner import chosen_planner, planned_by
         from fiberplan.focal_plane import FocalPlane

@@ -1,6 +1,5 @@
 """A planner by its name and the options that were given for it."""
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -18,17 +17,14 @@ def chosen_planner(name: str, seed: int, settings: Mapping[str, Any]) -> Planner
     Raises:
         FiberplanError: no such planner, one without such a setting, or a value that it refuses.
     """
-    if name not in PLANNERS:
-        near = difflib.get_close_matches(name, PLANNERS, n=1)
-        hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(PLANNERS)}"
-        raise FiberplanError(f"no planner '{name}'{hint}")
-    flags = {flag.field: flag for flag in FLAGS[name]}
+    make = PLANNERS.find(name)
+    flags = {flag.field: flag for flag in FLAGS.get(name, ())}
     given = {field: value for field, value in settings.items() if value is not None}
     foreign = [field for field in given if field not in flags]
     if foreign:
         raise FiberplanError(f"planner {name} has no option --{foreign[0].replace('_', '-')}")
     given = {field: math.radians(v) if flags[field].unit == "deg" else v for field, v in given.items()}
-    return PLANNERS[name](**given, seed=seed)
+    return make(**given, seed=seed)
 
 
 def planned_by(planner: Planner, problem: Problem, deadline: float | None, tell: Callable[[str], None]) -> Plan:

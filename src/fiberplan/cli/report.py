@@ -9,11 +9,6 @@ if TYPE_CHECKING:
     from fiberplan.plan import Plan
 
 
-def name_of(plane: "FocalPlane", index: int) -> str:
-    """A positioner, or obstacle -1 - k, as people know it."""
-    return plane.ids[index] if index >= 0 else f"obstacle {plane.obstacles[-1 - index].name}"
-
-
 def lost_targets(plan: "Plan") -> Iterator[str]:
     """One line for each target that is lost: the positioner, the cause, and who is in the way."""
     from fiberplan.plan.diagnosis import losses
@@ -40,5 +35,5 @@ def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
 
 
 def _contact(plane: "FocalPlane", contact: "Contact") -> str:
-    first, second = (name_of(plane, index) for index in contact.pair)
+    first, second = (plane.label(index) for index in contact.pair)
     return f"{first} and {second} at {contact.time:.3f} s, clearance {contact.clearance:.4f} mm"

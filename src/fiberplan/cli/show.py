@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from fiberplan.cli.options import PlanArgument
-from fiberplan.cli.output import refuse_unwritable, say, working
+from fiberplan.cli.output import page_output, refuse_unwritable, say, working
 
 
 def show(
@@ -18,7 +18,7 @@ def show(
 ) -> None:
     """Write one self-contained HTML page that plays the plan, for any browser, without a network."""
     page = plan.with_suffix(".html") if output is None else output
-    refuse_unwritable(page, inputs=(plan,))
+    refuse_unwritable(page_output(page), inputs=(plan,))
     with working("drawing"):
         from fiberplan.plan import Plan
         from fiberplan.visuals import show as draw

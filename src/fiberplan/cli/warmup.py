@@ -2,13 +2,18 @@
 
 import time
 
-from fiberplan.cli.output import say, working
+import typer
+
+from fiberplan.cli.output import complain, say, working
 
 MARGIN = 0.8  # [mm]
 
 
 def warmup() -> None:
-    """Compile every kernel, by planning and proving a field of seven positioners; later runs find them on disk."""
+    """Compile every kernel, by planning and proving a field of seven positioners; later runs find them on disk.
+
+    So do other accounts that may read where they are kept. Exit code 1 if they could be kept nowhere.
+    """
     begin = time.perf_counter()
     with working("compiling"):
         from fiberplan.focal_plane import FocalPlane
@@ -21,4 +26,9 @@ def warmup() -> None:
         problem = Problem.from_targets(plane, targets, margin=MARGIN, conflicts="drop")
         for planner in (GreedyFold(), Direct()):
             planner.plan(problem).faults()
+
+        from fiberplan.kernels.kernel_cache import KernelCache
+    if KernelCache.lost:
+        complain("kernels were compiled but not kept: no folder for the cache can be written; set NUMBA_CACHE_DIR")
+        raise typer.Exit(1)
     say(f"kernels ready in {time.perf_counter() - begin:.1f} s")

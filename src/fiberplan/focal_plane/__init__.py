@@ -1,4 +1,14 @@
-"""A focal plane: where positioners stand, how they turn, what can touch, and who is next to whom."""
+"""A focal plane: where positioners stand, how they turn, what can touch, and who is next to whom.
+
+- `focal_plane`: the array, with fibers, clearances and changed copies of itself
+- `bodies`: bodies that ride on links, and obstacles
+- `outlines`: filled outlines cut into convex pieces, by signs that are exact
+- `layouts`: where positioners stand in regular arrays
+- `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, named for files in `kinds`
+- `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point
+- `compiled_arms`: the focal plane as arrays for the kernels
+- `neighbours`: who could touch whom at a given margin
+"""
 
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.focal_plane import FocalPlane

@@ -5,19 +5,23 @@ category says what it is (usually its height) and `meets` what it can touch; two
 other. Closed outlines are cut into convex pieces once, here.
 """
 
+import dataclasses
+from collections.abc import Collection
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
+from fiberplan.arrays import Frozen, number, read_only, shortened
 from fiberplan.errors import InstrumentError
-from fiberplan.kernels.segments import segment_to_segment, segments_cross
+from fiberplan.focal_plane.outlines import convex_pieces
 
 ARM = "arm"
 LINKS = {"base": 0, "alpha": 1, "beta": 2, "rocker": 3}
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(Frozen):
     """A rounded shape on one link of every positioner.
 
     Raises:
@@ -34,14 +38,32 @@ class Body:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _points(self.points, self.name, (2, 3)))
-        radius = np.array(self.radius, float)
+        radius = read_only(self.radius, float, "mm", f"body '{self.name}': radius", InstrumentError)
         if radius.ndim > 1 or not np.all(np.isfinite(radius) & (radius >= 0)):
             raise InstrumentError(f"body '{self.name}': radius {self.radius} is not a length of 0 mm or more")
-        radius.setflags(write=False)
         object.__setattr__(self, "radius", radius)
         _check_meets(self.meets, self.name)
         if self.link not in LINKS:
             raise InstrumentError(f"body '{self.name}': link '{self.link}' is none of {', '.join(LINKS)}")
+
+    def __repr__(self) -> str:
+        radius = "own radii" if np.ndim(self.radius) else f"radius {float(self.radius):g} mm"
+        return f"<Body '{shortened(self.name)}' on {self.link}: {self.points.shape[-2]} points, {radius}>"
+
+    def subset(self, who: np.ndarray) -> "Body":
+        """The same body as the positioners `who` (k,) have it."""
+        own_points, own_radius = self.points.ndim == 3, np.ndim(self.radius) == 1
+        if not (own_points or own_radius):
+            return self
+        return dataclasses.replace(
+            self,
+            points=self.points[who] if own_points else self.points,
+            radius=np.asarray(self.radius)[who] if own_radius else self.radius,
+        )
+
+    def meeting(self, there: Collection[str]) -> "Body":
+        """The same body, meeting only categories that are `there`: a focal plane refuses to name others."""
+        return _meeting(self, there)
 
     def pieces(self, i: int) -> list[np.ndarray]:
         """Convex pieces of positioner `i`'s body, each (k, 2) [mm]."""
@@ -49,7 +71,7 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacle:
+class Obstacle(Frozen):
     """A rounded shape fixed to the focal plane: a fiducial, a guide camera, a petal edge.
 
     Raises:
@@ -65,13 +87,31 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _points(self.points, self.name, (2,)))
+        radius = number(self.radius, "mm", f"obstacle '{self.name}': radius", InstrumentError)
+        object.__setattr__(self, "radius", radius)
         if not (np.isfinite(self.radius) and self.radius >= 0):
             raise InstrumentError(f"obstacle '{self.name}': radius {self.radius} is not a length of 0 mm or more")
         _check_meets(self.meets, self.name)
 
+    def __repr__(self) -> str:
+        return f"<Obstacle '{shortened(self.name)}': {len(self.points)} points, radius {self.radius:g} mm>"
+
+    def meeting(self, there: Collection[str]) -> "Obstacle":
+        """The same obstacle, meeting only categories that are `there`: a focal plane refuses to name others."""
+        return _meeting(self, there)
+
     def pieces(self) -> list[np.ndarray]:
         """Convex pieces, each (k, 2) [mm]."""
         return convex_pieces(self.points, self.closed)
+
+
+_Shape = TypeVar("_Shape", Body, Obstacle)
+
+
+def _meeting(shape: _Shape, there: Collection[str]) -> _Shape:
+    if shape.meets is None or set(there).issuperset(shape.meets):
+        return shape
+    return dataclasses.replace(shape, meets=tuple(name for name in shape.meets if name in there))
 
 
 def _check_meets(meets: tuple[str, ...] | None, name: str) -> None:
@@ -82,95 +122,7 @@ def _check_meets(meets: tuple[str, ...] | None, name: str) -> None:
 
 def _points(points: np.ndarray, name: str, dimensions: tuple[int, ...]) -> np.ndarray:
     """`points` as a read-only float array of one of the given dimensions, the last of size 2."""
-    array = np.array(points, float)
+    array = read_only(points, unit="mm", name=f"'{name}': points", error=InstrumentError)
     if array.ndim not in dimensions or array.shape[-1] != 2 or array.shape[-2] == 0 or not np.all(np.isfinite(array)):
         raise InstrumentError(f"'{name}': points must be finite and of shape (k, 2), got shape {array.shape}")
-    array.setflags(write=False)
     return array
-
-
-def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
-    """The shape as convex pieces: a point, the segments of an open line, or the parts of a filled outline.
-
-    Raises:
-        InstrumentError: a closed outline crosses itself or encloses no area, so it has no inside.
-    """
-    if closed:
-        again = np.all(points == np.roll(points, 1, axis=0), axis=1)
-        points = points[~again] if not again.all() else points[:1]
-    if len(points) <= 2:
-        return [points]
-    if not closed:
-        return [points[k : k + 2] for k in range(len(points) - 1)]
-    if not np.any(_turns(points)):
-        raise InstrumentError("a closed outline encloses no area")
-    if _crosses_itself(points):
-        raise InstrumentError("a closed outline crosses itself")
-    if _area(points) < 0:
-        points = points[::-1]
-    return [points] if _is_convex(points) else _triangles(points)
-
-
-def _crosses_itself(outline: np.ndarray) -> bool:
-    """Whether two edges of an outline cross, or two that are not next to each other touch."""
-    ends = np.roll(outline, -1, axis=0)
-    for a in range(len(outline)):
-        for b in range(a + 1, len(outline)):
-            edges = (*outline[a], *ends[a], *outline[b], *ends[b])
-            adjacent = b - a == 1 or b - a == len(outline) - 1
-            if segments_cross(*edges) or (not adjacent and segment_to_segment(*edges)[0] == 0.0):
-                return True
-    return False
-
-
-def _area(outline: np.ndarray) -> float:
-    """Signed area of an outline, positive counter-clockwise [mm^2]."""
-    x, y = outline.T
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-
-
-def _turns(outline: np.ndarray) -> np.ndarray:
-    """Cross product of the edges before and after each vertex: positive where a counter-clockwise outline is convex."""
-    before = outline - np.roll(outline, 1, axis=0)
-    after = np.roll(outline, -1, axis=0) - outline
-    return before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-
-
-def _is_convex(outline: np.ndarray) -> bool:
-    """Whether a counter-clockwise outline turns left only, and only once around."""
-    edges = np.roll(outline, -1, axis=0) - outline
-    headings = np.arctan2(edges[:, 1], edges[:, 0])
-    turned = np.sum((np.roll(headings, -1) - headings + np.pi) % (2 * np.pi) - np.pi)
-    return bool(np.all(_turns(outline) >= 0) and abs(turned - 2 * np.pi) < 1e-6)
-
-
-def _triangles(outline: np.ndarray) -> list[np.ndarray]:
-    """A simple counter-clockwise outline cut into triangles by clipping ears.
-
-    Raises:
-        InstrumentError: the outline crosses itself, so it has no inside.
-    """
-    rest = outline
-    triangles = []
-    while len(rest) > 3:
-        for k in map(int, np.flatnonzero(_turns(rest) > 0)):
-            ear = rest[[k - 1, k, (k + 1) % len(rest)]]
-            others = np.delete(rest, [(k - 1) % len(rest), k, (k + 1) % len(rest)], axis=0)
-            if not np.any(_inside(ear, others)):
-                triangles.append(ear)
-                rest = np.delete(rest, k, axis=0)
-                break
-        else:
-            flat = np.flatnonzero(_turns(rest) == 0)
-            if not len(flat):
-                raise InstrumentError("a closed outline crosses itself")
-            rest = np.delete(rest, flat[0], axis=0)
-    return [*triangles, rest]
-
-
-def _inside(triangle: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points lie in or on a counter-clockwise triangle; its own corners, repeated, do not count."""
-    inside = ~np.any(np.all(points[:, None] == triangle[None], axis=2), axis=1)
-    for a, b in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
-        inside &= (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0]) >= 0
-    return inside

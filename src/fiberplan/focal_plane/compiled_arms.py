@@ -7,7 +7,7 @@ import numpy as np
 from fiberplan.arrays import read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import LINKS, Body, Obstacle
-from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.kernels.arms import ARM, BAR, PIECE, Arms
 
 _EVERY_CATEGORY = (1 << 62) - 1
@@ -19,7 +19,7 @@ def compile_arms(
     zero: np.ndarray,
     bodies: Sequence[Body],
     obstacles: Sequence[Obstacle],
-    four_bar: FourBar | None,
+    kinematics: Kinematics,
 ) -> tuple[Arms, np.ndarray]:
     """Bodies and obstacles as the kernels' arrays, and each positioner's whole reach with radii (n,) [mm].
 
@@ -29,7 +29,7 @@ def compile_arms(
         zero: (n, 2) added to commanded angles [rad].
         bodies: on the links of every positioner.
         obstacles: fixed.
-        four_bar: the third link, if there is one.
+        kinematics: the kind of arm.
 
     Raises:
         InstrumentError: too many categories, or one that nothing has.
@@ -62,11 +62,9 @@ def compile_arms(
     arm["x"][:n], arm["y"][:n], arm["length"][:n] = *base.T, length
     arm["alpha_zero"][:n], arm["beta_zero"][:n] = zero.T
     arm["bar"] = -1
-    bar = np.zeros(n if four_bar else 0, BAR)
-    if four_bar is not None:
-        _fill_bars(base, zero, four_bar, bar)
-        arm["bar"][:n] = np.arange(n)
-        arm["alpha_zero"][:n] += four_bar.orientation
+    bar = kinematics.constants(base, zero)
+    arm["bar"][: len(bar)] = np.arange(len(bar))
+    arm["alpha_zero"][:n] += kinematics.turned
     shared = [b.pieces(0) if b.points.ndim == 2 else None for b in bodies]
     extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in bodies]
     radii = [np.broadcast_to(b.radius, (n,)) for b in bodies]
@@ -96,11 +94,3 @@ def compile_arms(
         bar=read_only(bar, BAR),
     )
     return arms, read_only(reach)
-
-
-def _fill_bars(base: np.ndarray, zero: np.ndarray, four_bar: FourBar, bar: np.ndarray) -> None:
-    """Four-bar constants of every positioner, but for the reach of bodies on the rocker."""
-    pivot, turn = four_bar.rockers(base, np.zeros((len(base), 2)), zero)
-    bar["x"], bar["y"] = pivot.T
-    bar["spacing"], bar["length"], bar["turn"] = four_bar.spacing, four_bar.rocker, turn
-    bar["shortest"], bar["longest"] = four_bar.shortest, four_bar.longest

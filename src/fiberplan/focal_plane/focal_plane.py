@@ -2,11 +2,12 @@
 
 A positioner turns alpha about its base and beta about its elbow; beta is measured from the alpha link, so pi is folded.
 Angles here are commanded ones: geometry adds each positioner's zero offsets (and the rotation of its frame, which is
-part of them). Lengths in mm, angles in rad, times in s. Arms of four bars (`fiberplan.focal_plane.four_bar`) have the
+part of them). Lengths in mm, angles in rad, times in s. The kind of arm is its `kinematics`: four-bar arms have the
 same two commanded angles, which their papers call theta1 and theta2.
 """
 
 import dataclasses
+import difflib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,23 +16,25 @@ from typing import Any
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, FrozenDict, number, plain, read_only, shortened, texts
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.compiled_arms import compile_arms
-from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.focal_plane.two_link import TWO_LINK, rotated
 from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.clearance import clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
 from fiberplan.registry import io_function
-from fiberplan.tolerances import ZONE
 
 TURN = 2 * np.pi
+_PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
+_UNITS = {"base": "mm", "length": "mm", "max_speed": "rad/s", "online": ""}  # of the others rad
 
 
 @dataclass(frozen=True, eq=False)
-class FocalPlane:
+class FocalPlane(Frozen):
     """An array of two-joint positioners with obstacles.
 
     Raises:
@@ -54,26 +57,49 @@ class FocalPlane:
     name: str = "unnamed"
     pair_margin: float = 5.0  #: pairs that could come within this of each other are neighbours [mm]
     notes: tuple[str, ...] = field(default=())  #: assumptions and sources worth printing beside a plan
-    four_bar: FourBar | None = None  #: the third link, where positioners are four-bar arms; None: two links
+    kinematics: Kinematics = TWO_LINK  #: the kind of arm, with what it has beyond base, first link and fiber
     field_radius: float = np.inf  #: targets lie this close to the origin [mm]
+    aliases: tuple[str, ...] = ()  #: (n,) second names of the positioners, "" where there is none; or empty
+    assumptions: tuple[str, ...] = ()  #: what this description rests on without a source, one sentence each
+    recommended_margin: float | None = None  #: the margin to take where none is asked for [mm]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "ids", texts(self.ids, f"{self.name}: ids", InstrumentError))
         n = len(self.ids)
         defaults = {"zero": np.zeros((n, 2)), "online": np.ones(n, bool)}
         shapes = {"base": (n, 2), "length": (n,), "folded": (n, 2), "lower": (n, 2), "upper": (n, 2)}
         shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)}
         for name, shape in shapes.items():
             value = getattr(self, name)
-            value = read_only(defaults[name] if value is None else value, bool if name == "online" else np.float64)
+            dtype = bool if name == "online" else np.float64
+            label, unit = f"{self.name}: {name}", _UNITS.get(name, "rad")
+            value = read_only(defaults[name] if value is None else value, dtype, unit, label, InstrumentError)
             if value.shape != shape:
                 raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "ids", tuple(str(i) for i in self.ids))
-        offsets = {name: read_only(np.broadcast_to(value, (n, 2))) for name, value in self.fiber_offsets.items()}
-        object.__setattr__(self, "fiber_offsets", offsets)
+        for name in ("pair_margin", "field_radius"):
+            value = number(getattr(self, name), "mm", f"{self.name}: {name}", InstrumentError)
+            object.__setattr__(self, name, value)
+        offsets = {name: self._offset(name, value) for name, value in self.fiber_offsets.items()}
+        object.__setattr__(self, "fiber_offsets", FrozenDict(offsets))
         object.__setattr__(self, "bodies", tuple(self.bodies))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
+        object.__setattr__(self, "aliases", tuple(str(name) for name in self.aliases))
+        object.__setattr__(self, "assumptions", tuple(self.assumptions))
         self._validate()
+
+    def _offset(self, name: str, value: Any) -> np.ndarray:
+        label = f"{self.name}: fiber '{name}'"
+        given = read_only(value, unit="mm", name=label, error=InstrumentError)
+        if given.shape not in ((2,), (1, 2), (self.n, 2)):
+            raise InstrumentError(f"{label} must have shape ({self.n}, 2) or (2,), got {given.shape}")
+        return read_only(np.broadcast_to(given, (self.n, 2)))
+
+    def __repr__(self) -> str:
+        parts = (self.n, "positioner"), (len(self.bodies), "body"), (len(self.obstacles), "obstacle")
+        plural = {"body": "bodies"}
+        listed = ", ".join(f"{k} {what if k == 1 else plural.get(what, f'{what}s')}" for k, what in parts)
+        return f"<FocalPlane '{shortened(self.name)}': {listed}>"
 
     def _validate(self) -> None:
         if not self.n:
@@ -86,8 +112,13 @@ class FocalPlane:
             raise InstrumentError(f"{self.name}: no fiber is given")
         for name in ("base", "length", "zero", "folded"):
             self._refuse(~np.isfinite(getattr(self, name)), name, "is not a finite number")
-        for name, value in self.fiber_offsets.items():
-            self._refuse(~np.isfinite(value), f"fiber '{name}'", "is not a finite number", value)
+        for k, (name, value) in enumerate(self.fiber_offsets.items()):
+            lacking = np.isnan(value).all(axis=1, keepdims=True) & (k > 0)  # all carry the default fiber
+            self._refuse(~np.isfinite(value) & ~lacking, f"fiber '{name}'", "is not a finite number", value)
+        if len(self.aliases) not in (0, self.n):
+            raise InstrumentError(f"{self.name}: {len(self.aliases)} second names for {self.n} positioners")
+        if self.recommended_margin is not None and not 0 <= self.recommended_margin < np.inf:
+            raise InstrumentError(f"{self.name}: recommended margin {self.recommended_margin:g} mm is not a length")
         for body in self.bodies:
             for what, count in (("points", body.points.ndim == 3), ("radii", np.ndim(body.radius) == 1)):
                 given = len(body.points if what == "points" else np.atleast_1d(body.radius))
@@ -102,12 +133,16 @@ class FocalPlane:
         self._refuse(outside, "folded", "lies outside the joint's range")
         if not self.field_radius > 0:
             raise InstrumentError(f"{self.name}: field_radius {self.field_radius:g} mm is not a positive length")
-        if self.four_bar is None:
-            if any(body.link == "rocker" for body in self.bodies):
-                raise InstrumentError(f"{self.name}: a body rides on the rocker, but these positioners have two links")
-            return
-        if len(self.four_bar.spacing) != self.n:
-            raise InstrumentError(f"{self.name}: four-bar values of {len(self.four_bar.spacing)} arms, not {self.n}")
+        rides = [body for body in self.bodies if body.link not in self.kinematics.link_names]
+        if rides:
+            raise InstrumentError(
+                f"{self.name}: a body rides on the {rides[0].link}, but {self.kinematics.name} arms have the links "
+                f"{', '.join(self.kinematics.link_names)}"
+            )
+        try:
+            self.kinematics.check(self.n)
+        except InstrumentError as error:
+            raise InstrumentError(f"{self.name}: {error}") from None
         inside = self.in_avoidance(self.folded)
         if inside.any():
             i = int(np.argmax(inside))
@@ -141,28 +176,83 @@ class FocalPlane:
         """Positioner id -> index."""
         return {id_: i for i, id_ in enumerate(self.ids)}
 
+    @cached_property
+    def names(self) -> Mapping[str, int]:
+        """Positioner id, or second name where no id reads the same -> index."""
+        second = {name: i for i, name in reversed(list(enumerate(self.aliases))) if name}
+        return second | self.index
+
+    def index_of(self, name: str) -> int:
+        """Index of the positioner of this id or second name.
+
+        Raises:
+            InstrumentError: there is none; one line with the nearest name, if one is near.
+        """
+        if name not in self.names:
+            close = difflib.get_close_matches(name, list(self.names), n=1, cutoff=0.7)
+            hint = f"; did you mean '{close[0]}'?" if close else ""
+            raise InstrumentError(f"{self.name} has no positioner '{name}'{hint}")
+        return self.names[name]
+
+    def carries(self, fiber: str) -> np.ndarray:
+        """(n,) whether each positioner carries the fiber of this name."""
+        return np.isfinite(self.fiber_offsets[fiber]).all(axis=1)
+
     def replace(self, **changes: Any) -> "FocalPlane":
         """The same focal plane with some fields changed."""
         return dataclasses.replace(self, **changes)
 
+    def subset(self, who: np.ndarray, obstacles: np.ndarray | None = None) -> "FocalPlane":
+        """The focal plane of some of the positioners.
+
+        Args:
+            who: (k,) which, in this order.
+            obstacles: (m,) which obstacles; all unless given.
+
+        Raises:
+            InstrumentError: nobody is left.
+        """
+        who = np.asarray(who)
+        bodies = [body.subset(who) for body in self.bodies]
+        fixed = self.obstacles if obstacles is None else [self.obstacles[k] for k in obstacles]
+        there = {thing.category for thing in (*bodies, *fixed)}
+        return self.replace(
+            ids=tuple(self.ids[i] for i in who),
+            fiber_offsets={name: offset[who] for name, offset in self.fiber_offsets.items()},
+            bodies=tuple(body.meeting(there) for body in bodies),
+            obstacles=tuple(obstacle.meeting(there) for obstacle in fixed),
+            kinematics=self.kinematics.subset(who),
+            aliases=tuple(self.aliases[i] for i in who) if self.aliases else (),
+            **{name: getattr(self, name)[who] for name in _PER_POSITIONER},
+        )
+
+    def public(self, arm: int) -> int:
+        """An arm as the kernels count it (obstacle k is arm n + k), as everyone else does: obstacle k is -1 - k."""
+        return int(arm) if arm < self.n else self.n - 1 - int(arm)
+
+    def arm(self, public: int) -> int:
+        """A positioner, or obstacle -1 - k, as the kernels count it: obstacle k is arm n + k."""
+        return int(public) if public >= 0 else self.n - 1 - int(public)
+
+    def label(self, public: int) -> str:
+        """A positioner, or obstacle -1 - k, as people know it; by its number if there is none such."""
+        k = -1 - public
+        if public >= 0:
+            return self.ids[public] if public < self.n else f"positioner {public}"
+        return f"obstacle {self.obstacles[k].name if k < len(self.obstacles) else k}"
+
     def links(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions of both links (n,) [rad] at commanded `angles` (n, 2) [rad]."""
-        first = angles[:, 0] + self.zero[:, 0]
-        if self.four_bar is not None:
-            first = first + self.four_bar.orientation
-            pivot, turn = self.four_bar.rockers(self.base, angles, self.zero)
-            along = pivot + self.four_bar.rocker[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-            along -= self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
-            return first, np.arctan2(along[:, 1], along[:, 0])
-        return first, first + angles[:, 1] + self.zero[:, 1]
+        return self.kinematics.links(self, _angles(angles))
 
     def elbows(self, angles: np.ndarray) -> np.ndarray:
         """Elbow positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]."""
-        first = angles[:, 0] + self.zero[:, 0] + (0.0 if self.four_bar is None else self.four_bar.orientation)
-        return self.base + self.length[:, None] * np.stack([np.cos(first), np.sin(first)], axis=1)
+        return self.kinematics.elbows(self, _angles(angles))
 
     def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
         """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
+
+        NaN rows for positioners that do not carry the fiber.
 
         Raises:
             InstrumentError: no fiber of that name.
@@ -170,33 +260,17 @@ class FocalPlane:
         if fiber is not None and fiber not in self.fiber_offsets:
             raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
         offset = self.fiber if fiber is None else self.fiber_offsets[fiber]
+        angles = _angles(angles)
         _, second = self.links(angles)
-        c, s = np.cos(second), np.sin(second)
-        turned = np.stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1)
-        return self.elbows(angles) + turned
-
-    def sliders(self, angles: np.ndarray) -> np.ndarray:
-        """Slider lengths (n,) [mm] of four-bar arms at commanded `angles` (n, 2) [rad]; infinite for two links."""
-        if self.four_bar is None:
-            return np.full(self.n, np.inf)
-        return self.four_bar.sliders(self.length, angles, self.zero)
+        return self.elbows(angles) + rotated(offset, second)
 
     def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
-        """(n,) whether commanded `angles` (n, 2) [rad] lie in the zone of avoidance; NaN rows do not."""
-        if self.four_bar is None:
-            return np.zeros(self.n, bool)
-        slider, slack = self.sliders(angles), ZONE
-        return (slider < self.four_bar.shortest - slack) | (slider > self.four_bar.longest + slack)
+        """(n,) whether commanded `angles` (n, 2) [rad] are forbidden within the joint ranges; NaN rows are not."""
+        return self.kinematics.in_avoidance(self, _angles(angles))
 
     def avoidance(self, i: int, angles: np.ndarray) -> str:
         """What is wrong with positioner `i`, whose commanded angles (n, 2) [rad] lie in its zone of avoidance."""
-        assert self.four_bar is not None
-        theta = ", ".join(f"{np.degrees(t):.6g}" for t in angles[i])
-        low, high = self.four_bar.shortest[i], self.four_bar.longest[i]
-        return (
-            f"theta1, theta2 {theta} deg are in the zone of avoidance: "
-            f"slider {self.sliders(angles)[i]:.6g} mm is outside {low:.6g} to {high:.6g} mm"
-        )
+        return self.kinematics.avoidance(self, i, angles)
 
     @cached_property
     def arms(self) -> Arms:
@@ -206,7 +280,7 @@ class FocalPlane:
     @cached_property
     def _compiled(self) -> tuple[Arms, np.ndarray]:
         try:
-            return compile_arms(self.base, self.length, self.zero, self.bodies, self.obstacles, self.four_bar)
+            return compile_arms(self.base, self.length, self.zero, self.bodies, self.obstacles, self.kinematics)
         except InstrumentError as error:
             raise InstrumentError(f"{self.name}: {error}") from None
 
@@ -222,13 +296,14 @@ class FocalPlane:
 
     def pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) positioners whose bodies could come within `gap` [mm], in O(n)."""
-        return read_only(neighbour_pairs(self.base, self.reach, float(gap)), np.int64)
+        gap = number(gap, "mm", "gap", InstrumentError)
+        return read_only(neighbour_pairs(self.base, self.reach, gap), np.int64)
 
     def obstacle_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
         boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
         box = read_only(np.array(boxes, float).reshape(-1, 4))
-        return read_only(box_pairs(self.base, self.reach, box, float(gap)), np.int64)
+        return read_only(box_pairs(self.base, self.reach, box, number(gap, "mm", "gap", InstrumentError)), np.int64)
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
@@ -242,7 +317,8 @@ class FocalPlane:
 
     def with_obstacles(self, angles: np.ndarray) -> np.ndarray:
         """`angles` (n, 2) followed by zeros for the obstacles, as the kernels take them."""
-        return read_only(np.concatenate([np.asarray(angles, float), np.zeros((len(self.obstacles), 2))]))
+        angles = np.asarray(_angles(angles), float)
+        return read_only(np.concatenate([angles, np.zeros((len(self.obstacles), 2))]))
 
     def clearance(self, angles: np.ndarray) -> np.ndarray:
         """(m,) clearance of each of `pairs` [mm] at commanded `angles` (n, 2) [rad]; NaN where an angle is."""
@@ -287,21 +363,38 @@ class FocalPlane:
         Raises:
             InstrumentError: rings below 0, or values that make no focal plane.
         """
+        pitch = number(pitch, "mm", "pitch", InstrumentError)
+        links = read_only(lengths, unit="mm", name="lengths", error=InstrumentError)
+        if links.shape != (2,):
+            raise InstrumentError(f"lengths must be those of both links, got shape {links.shape}")
         if rings < 0 or not pitch > 0:
             raise InstrumentError(f"a hexagon needs rings >= 0 and pitch > 0, got {rings} and {pitch}")
         ids, base = hexagonal_grid(rings, pitch)
         n = len(ids)
         if bodies is None:
-            bodies = (Body(np.array([[0.0, 0.0], [lengths[1], 0.0]]), radius),)
+            bodies = (Body(np.array([[0.0, 0.0], [links[1], 0.0]]), radius),)
         return cls(
             ids=ids,
             base=base,
-            length=np.full(n, float(lengths[0])),
-            fiber_offsets={"fiber": np.array([lengths[1], 0.0])},
-            folded=np.tile(np.asarray(folded, float), (n, 1)),
-            lower=np.tile(np.asarray(lower, float), (n, 1)),
-            upper=np.tile(np.asarray(upper, float), (n, 1)),
-            max_speed=np.tile(np.broadcast_to(np.asarray(max_speed, float), 2), (n, 1)),
+            length=np.full(n, links[0]),
+            fiber_offsets={"fiber": np.array([links[1], 0.0])},
+            folded=_joint_values(folded, n, "folded"),
+            lower=_joint_values(lower, n, "lower"),
+            upper=_joint_values(upper, n, "upper"),
+            max_speed=_joint_values(max_speed, n, "max_speed"),
             bodies=tuple(bodies),
             name=name,
         )
+
+
+def _angles(angles: Any) -> Any:
+    """Angles in rad, if they have a unit."""
+    return plain(angles, "rad", "angles", InstrumentError)
+
+
+def _joint_values(values: Any, n: int, name: str) -> np.ndarray:
+    """(n, 2) the same for every positioner, and one for both joints if there is only one."""
+    given = read_only(values, unit=_UNITS.get(name, "rad"), name=name, error=InstrumentError)
+    if given.shape not in ((), (1,), (2,)):
+        raise InstrumentError(f"{name} must be of one or both joints, got shape {given.shape}")
+    return np.tile(np.broadcast_to(given, 2), (n, 1))

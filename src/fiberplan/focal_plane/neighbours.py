@@ -16,16 +16,25 @@ from fiberplan.tolerances import NEAR as NEAR_MARGIN
 class Neighbourhood(NamedTuple):
     """Pairs of arms that could touch at a margin, as lists; worth making once per focal plane and margin."""
 
-    pairs: int  #: how many
+    pairs: np.ndarray  #: (pairs, 2) arms, sorted; obstacle k is arm n + k
     offsets: np.ndarray  #: (arms + 1,) neighbours of arm i are near[offsets[i]:offsets[i + 1]]
     near: np.ndarray  #: (2 pairs,) NEAR
 
     @classmethod
     def of(cls, plane: FocalPlane, margin: float) -> "Neighbourhood":
         """Neighbour lists of all arms that could come within `margin` [mm] plus a little."""
-        pairs = plane.arm_pairs_within(margin + NEAR_MARGIN)
-        offsets, near = neighbour_lists(len(plane.arms.arm), pairs)
-        return cls(len(pairs), read_only(offsets, np.int64), read_only(near, NEAR))
+        return cls.from_pairs(len(plane.arms.arm), plane.arm_pairs_within(margin + NEAR_MARGIN))
+
+    @classmethod
+    def from_pairs(cls, arms: int, pairs: np.ndarray) -> "Neighbourhood":
+        """The lists that `pairs` (m, 2) make of so many arms."""
+        pairs = read_only(pairs, np.int64)
+        offsets, near = neighbour_lists(arms, pairs)
+        return cls(pairs, read_only(offsets, np.int64), read_only(near, NEAR))
+
+    def around(self, i: int) -> np.ndarray:
+        """(m,) arms that arm `i` could touch, in pair order."""
+        return self.near["arm"][self.offsets[i] : self.offsets[i + 1]]
 
 
 @leaf

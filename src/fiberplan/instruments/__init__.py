@@ -1,17 +1,49 @@
-"""Named instruments, and one module for each real instrument: its focal plane and its files of targets."""
+"""Named instruments, and one module for each real instrument: its focal plane and its target files.
+
+- ``builtin/*.toml``: the instruments that are built in, a source beside every number
+- `definition`: a focal plane from such a file, or from a user's own; its fields are in `definition_model`, regular
+  arrays in `grids`, tables beside it in `positioner_table` and `shape_tables`; `complaints` and `locate` say what is
+  wrong and in which line
+- `formats`: where readers of files register; importing this package registers ours
+- `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
+- `moons`, `moons_targets`: configuration files of the MOONS prototype, and its fields
+
+`names` and `named` know the built-in instruments and those of other packages.
+"""
 
 from pathlib import Path
 
-__all__ = ["builtin", "names"]
+from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.instruments import moons, moons_targets, sdss, sdss_targets  # noqa: F401 - they register themselves
+from fiberplan.instruments.definition import read_definition
+from fiberplan.instruments.formats import INSTRUMENTS
+from fiberplan.tables.formats import FileFormat
+from fiberplan.tables.table_reader import nearest
 
-_BUILTIN = Path(__file__).parent / "builtin"
+__all__ = ["BUILTIN", "named", "names"]
+
+BUILTIN = Path(__file__).parent / "builtin"  #: the folder of built-in instruments, a file each
 
 
 def names() -> tuple[str, ...]:
-    """Names of the built-in instruments, in alphabetical order."""
-    return tuple(sorted(path.stem for path in _BUILTIN.glob("*.toml")))
+    """Names of instruments: ours in alphabetical order, then those of other packages."""
+    ours = sorted(path.stem for path in BUILTIN.glob("*.toml"))
+    others = [name for name in INSTRUMENTS if not isinstance(INSTRUMENTS[name], FileFormat) and name not in ours]
+    return (*ours, *others)
 
 
-def builtin(name: str) -> Path:
-    """The file that defines a built-in instrument."""
-    return _BUILTIN / f"{name}.toml"
+def named(name: str) -> FocalPlane:
+    """A named instrument.
+
+    Raises:
+        InstrumentError: there is none of this name.
+    """
+    path = BUILTIN / f"{name}.toml"
+    if name in names() and path.is_file():
+        return read_definition(path)
+    make = INSTRUMENTS.get(name)
+    if make is None or isinstance(make, FileFormat):
+        known = ", ".join(names())
+        raise InstrumentError(f"no instrument '{name}'{nearest(name, names())} (built in: {known})")
+    return make()

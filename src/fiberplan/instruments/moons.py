@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.paf import ParameterFile, read_paf
 
 SPEED = (np.radians(16.68), np.radians(22.5))
@@ -25,6 +26,7 @@ _HEALTH = "its fibre is broken"
 _LOCKED = "it is locked"
 
 
+@focal_plane_format("moons", "a positioners.cfg of MOONS", lambda path: path.suffix.lower() == ".cfg")
 def read_moons(path: str | os.PathLike) -> FocalPlane:
     """The focal plane of a ``positioners.cfg``; ids are the numbers of the positioners.
 

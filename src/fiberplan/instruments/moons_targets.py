@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
+from fiberplan.instruments.formats import target_format
 from fiberplan.tables.table_reader import InputTable, read_text
 
 COLUMNS = ("base r", "base theta", "target r", "target theta", "right", "left", "priority")
 NOWHERE = 1e5  #: a target this far out is none [mm]; the files say 1e6
 
 
-def is_moons(path: Path) -> bool:
+def is_moons(path: Path, content: bytes) -> bool:
     """Whether a text file begins with a row of numbers, where any other table has headings."""
-    if path.suffix.lower() != ".txt" or not path.is_file():
+    if path.suffix.lower() != ".txt":
         return False
-    first = next((line.split() for line in read_text(path, TargetError) if line.strip()), [])
+    first = next((line.split() for line in read_text(path, TargetError, content) if line.strip()), [])
     return bool(first) and all(_is_number(word) for word in first)
 
 
@@ -32,13 +33,14 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def read_moons_targets(path: Path) -> dict[str, Any]:
+@target_format("moons", "a targets_K.txt of MOONS: rows of seven numbers", is_moons)
+def read_moons_targets(path: Path, content: bytes) -> dict[str, Any]:
     """The fields of `fiberplan.problem.Targets`.
 
     Raises:
         TargetError: a row with too few or too many values, or a value that cannot be used; its line is named.
     """
-    numbered = [(k, line.split()) for k, line in enumerate(read_text(path, TargetError), 1) if line.strip()]
+    numbered = [(k, line.split()) for k, line in enumerate(read_text(path, TargetError, content), 1) if line.strip()]
     for k, row in numbered:
         if len(row) != len(COLUMNS):
             raise TargetError(

@@ -14,6 +14,7 @@ import numpy as np
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.table_reader import InputTable, nearest, read_table
 
 HOLE_MAP = "wokCoords.csv"
@@ -21,6 +22,9 @@ _CONSTANTS = Path(__file__).parent / "calibration_constants.toml"
 _FIBERS = {"metrology": "met", "apogee": "ap", "boss": "boss"}  # name -> prefix of its columns
 
 
+@focal_plane_format(
+    "sdss", f"a folder of SDSS-V calibrations (with {HOLE_MAP})", lambda path: (path / HOLE_MAP).is_file()
+)
 def read_calibration(folder: str | os.PathLike) -> FocalPlane:
     """The calibrated focal plane; positioner ids are hole ids, row by row of the grid.
 
@@ -39,8 +43,13 @@ def read_calibration(folder: str | os.PathLike) -> FocalPlane:
     local = _vectors(robots, "dx", "dy", "mm")[robot]
     offsets = _vectors(robots, "alphaOffset", "betaOffset", "rad", "deg")[robot]
     fibers = {name: _vectors(robots, f"{k}X", f"{k}Y", "mm")[robot] for name, k in _FIBERS.items()}
-    arm = np.stack([np.zeros((n, 2)), fibers["metrology"]], axis=1)
+    kinds = np.array(holes.texts("holeType"))[hole]
+    fibers["apogee"] = np.where((kinds == "ApogeeBoss")[:, None], fibers["apogee"], np.nan)  # the table has it for all
+    radius, farthest = constants["arm_radius"], np.nanmax([np.hypot(*xy.T) for xy in fibers.values()])
+    arm = np.array([[0.0, 0.0], [max(constants["arm_length"], farthest - radius), 0.0]])
     empty = sorted(set(_fillable(holes)) - set(robots.texts("holeID")))
+    fiducials, cameras = _fiducials(folder, constants), _guide_cameras(folder, constants)
+    absent = [note for found, note in (fiducials, cameras) if not found]
 
     def both(name: str) -> np.ndarray:
         return np.tile(np.radians(constants[name]), (n, 1))
@@ -54,11 +63,14 @@ def read_calibration(folder: str | os.PathLike) -> FocalPlane:
         lower=both("lower"),
         upper=both("upper"),
         max_speed=both("speed"),
-        bodies=(Body(arm, constants["arm_radius"]),),
-        obstacles=(*_fiducials(folder, constants), *_guide_cameras(folder, constants)),
+        bodies=(Body(arm, radius),),
+        obstacles=(*fiducials[0], *cameras[0]),
         zero=offsets + np.stack([np.arctan2(x_axis[:, 1], x_axis[:, 0]), np.zeros(n)], axis=1),
         name=folder.resolve().name,
-        notes=(*constants["sources"], *(f"hole {id_} has no positioner" for id_ in empty)),
+        notes=(*constants["sources"], *absent, *(f"hole {id_} has no positioner" for id_ in empty)),
+        aliases=tuple(robots.texts("positionerID")[k] for k in robot) if "positionerID" in robots else (),
+        assumptions=(*constants["assumptions"], *absent),
+        recommended_margin=constants["margin"],
     )
 
 
@@ -112,21 +124,40 @@ def _check_frames(holes: InputTable, hole: np.ndarray, x_axis: np.ndarray, y_axi
         raise holes.fail(int(hole[k]), f"{axes} are not the axes of a rotated frame")
 
 
-def _fiducials(folder: Path, constants: dict) -> list[Obstacle]:
-    """A disc for each fiducial, where it was measured."""
-    table = read_table(folder / "fiducialCoords.csv", InstrumentError)
+def _fiducials(folder: Path, constants: dict) -> tuple[list[Obstacle], str]:
+    """A disc for each fiducial, where it was measured; and what to say if there is none."""
+    table, why = _optional(folder / "fiducialCoords.csv")
+    if table is None:
+        return [], f"no fiducials: {why}"
     centres = _vectors(table, "xWok", "yWok", "mm")
     radius = constants["fiducial_radius"]
-    return [Obstacle(f"fiducial {id_}", centres[[row]], radius) for id_, row in _unique(table).items()]
+    return [Obstacle(f"fiducial {id_}", centres[[row]], radius) for id_, row in _unique(table).items()], ""
 
 
-def _guide_cameras(folder: Path, constants: dict) -> list[Obstacle]:
-    """A square for each guide camera, along its own axes."""
-    table = read_table(folder / "gfaCoords.csv", InstrumentError)
+def _guide_cameras(folder: Path, constants: dict) -> tuple[list[Obstacle], str]:
+    """A line for each guide camera, across the radius; and what to say if there is none.
+
+    Their team keeps arms from lines at multiples of 60 deg from +y, whatever was measured of the cameras: each camera
+    of the folder has the line that is nearest to it.
+    """
+    table, why = _optional(folder / "gfaCoords.csv")
+    if table is None:
+        return [], f"no guide cameras: {why}"
     table.require("id")
     centres = _vectors(table, "xWok", "yWok", "mm")
-    half = constants["guide_camera_side"] / 2
-    i, j = half * _vectors(table, "ix", "iy"), half * _vectors(table, "jx", "jy")
-    corners = np.stack([centres - i - j, centres + i - j, centres + i + j, centres - i + j], axis=1)
-    cameras = zip(table.texts("id"), corners, strict=True)
-    return [Obstacle(f"guide camera {id_}", outline, closed=True) for id_, outline in cameras]
+    step = np.pi / 3
+    turns = step * np.round((np.arctan2(centres[:, 1], centres[:, 0]) - np.pi / 2) / step)
+    half, away = constants["guide_camera_length"] / 2, constants["guide_camera_distance"]
+    line = np.array([[-half, away], [half, away]])
+    c, s = np.cos(turns), np.sin(turns)
+    ends = np.stack([line @ np.array([[ck, sk], [-sk, ck]]) for ck, sk in zip(c, s, strict=True)])
+    cameras = zip(table.texts("id"), ends, strict=True)
+    return [Obstacle(f"guide camera {id_}", points, constants["guide_camera_radius"]) for id_, points in cameras], ""
+
+
+def _optional(path: Path) -> tuple[InputTable | None, str]:
+    """A table that a folder may lack or leave empty, or None and why."""
+    if not path.exists():
+        return None, f"the folder has no {path.name}"
+    table = read_table(path, InstrumentError, allow_empty=True)
+    return (table, "") if len(table) else (None, f"{path.name} has no rows")

@@ -6,14 +6,16 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
+from fiberplan.instruments.formats import target_format
 from fiberplan.tables.yanny import read_yanny
 
 _ABSENT = -900.0  # confSummary writes -999 for what it does not know
 
 
-def read_conf_summary(path: Path) -> dict[str, Any]:
+@target_format("sdss", "a confSummary*.par of SDSS-V", lambda path, content: path.suffix.lower() == ".par")
+def read_conf_summary(path: Path, content: bytes) -> dict[str, Any]:
     """One target per hole: where its metrology fiber was commanded to be; holes without valid angles are offline."""
-    table = read_yanny(path, "FIBERMAP", TargetError)
+    table = read_yanny(path, "FIBERMAP", TargetError, content)
     table.require("holeId", "fiberType", "valid", "xwok", "ywok", "alpha", "beta")
     if not len(table):
         raise TargetError(f"{path}: the table FIBERMAP has no rows")

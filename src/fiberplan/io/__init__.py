@@ -1,6 +1,15 @@
-"""Objects from files, and files from objects: the one place that knows both.
+"""Objects from files, and files from objects: the one room that knows both.
 
 Classes offer these functions as methods (`FocalPlane.load`, `Plan.write`, ...) and find them here by name.
+
+- `load`: a focal plane by name, or from a file or folder of any known kind
+- `focal_plane_tables`: a focal plane as FITS tables, exact to the last bit
+- `body_tables`: its bodies and obstacles, a row a vertex
+- `sealed_tables`: FITS tables with a version and a digest
+- `plan_file`, `plan_tables`: a plan as one FITS file (``docs/plan-format.md``), and which column holds what
+- `target_files`: readers of targets
+- `states`: readers of the joint angles of all positioners
+- `exports`: a plan's motion in the formats of other programs
 """
 
 from fiberplan.io.focal_plane_tables import write_focal_plane

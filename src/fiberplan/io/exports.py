@@ -2,7 +2,7 @@
 
 import io
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 from astropy import units
@@ -11,9 +11,13 @@ from astropy.table import QTable
 from fiberplan import __version__
 from fiberplan.motion.moves import moves, start_stops
 from fiberplan.plan import Plan
+from fiberplan.registry import Registry
 from fiberplan.tables.atomic import write_whole
 
+EXPORTS: Registry[Callable[[Plan, str | os.PathLike], None]] = Registry("export", "fiberplan.exports")
 
+
+@EXPORTS.register("ecsv")
 def write_ecsv(plan: Plan, path: str | os.PathLike) -> None:
     """Write the motion as one ECSV table, a row a knot; between knots both joints turn evenly.
 
@@ -24,9 +28,8 @@ def write_ecsv(plan: Plan, path: str | os.PathLike) -> None:
         PlanError: the file cannot be written; what was there before is kept.
     """
     motion, plane = plan.trajectory, plan.problem.plane
-    owner = np.repeat(np.array(plane.ids), np.diff(motion.offsets))
     columns = {
-        "positioner": owner,
+        "positioner": np.array(plane.ids)[motion.owner],
         "time": motion.times * units.s,
         "alpha": np.degrees(motion.angles[:, 0]) * units.deg,
         "beta": np.degrees(motion.angles[:, 1]) * units.deg,
@@ -51,6 +54,7 @@ def _about(plan: Plan) -> dict[str, object]:
     }
 
 
+@EXPORTS.register("motions")
 def write_motions(plan: Plan, path: str | os.PathLike) -> None:
     """Write the motion as a list of moves, hardware-neutral, in ECSV: a row a move, none for rests.
 
@@ -74,6 +78,3 @@ def write_motions(plan: Plan, path: str | os.PathLike) -> None:
     text = io.StringIO()
     QTable(columns, meta=_about(plan)).write(text, format="ascii.ecsv")
     write_whole(path, text.getvalue().encode())
-
-
-FORMATS: Mapping[str, Callable[[Plan, str | os.PathLike], None]] = {"ecsv": write_ecsv, "motions": write_motions}

@@ -4,7 +4,6 @@ POSITIONERS has a row per positioner, BODIES and OBSTACLES a row per vertex (in 
 and FOCALPLANE one row with what is said once. Columns carry their units; lists of names are JSON.
 """
 
-import io
 import json
 import os
 from collections.abc import Mapping
@@ -16,13 +15,16 @@ from astropy.io import fits
 
 from fiberplan.errors import FiberplanError, InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.bodies import Body, Obstacle
-from fiberplan.focal_plane.four_bar import FourBar
+from fiberplan.focal_plane.kinds import kinematics_of, stored
+from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.io.body_tables import bodies_from_rows, body_rows, obstacle_rows, obstacles_from_rows
+from fiberplan.io.sealed_tables import FOCAL_PLANE, MISFITS, PLAN, seal, unseal
 from fiberplan.tables.atomic import write_whole
-from fiberplan.tables.fits_tables import numbers, pick, read_tables, table_hdu, texts
+from fiberplan.tables.contents import read_whole
+from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
+from fiberplan.tables.table_reader import one_line
 
 _JOINTS = {"folded": "rad", "lower": "rad", "upper": "rad", "max_speed": "rad/s", "zero": "rad"}
-_FOUR_BAR = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "orientation": "rad"}
 _UNITS = {"x": "mm", "y": "mm", "radius": "mm"}
 
 
@@ -32,19 +34,20 @@ def write_focal_plane(plane: FocalPlane, path: str | os.PathLike) -> None:
     Raises:
         InstrumentError: the file cannot be written; what was there before is kept.
     """
-    buffer = io.BytesIO()
-    fits.HDUList([fits.PrimaryHDU(), *plane_hdus(plane)]).writeto(buffer)
-    write_whole(path, buffer.getvalue(), InstrumentError)
+    write_whole(path, seal(FOCAL_PLANE, plane_hdus(plane)), InstrumentError)
 
 
+@focal_plane_format(
+    "fits", "a .fits file of a focal plane or a plan", lambda path: path.name.lower().endswith((".fits", ".fits.gz"))
+)
 def read_focal_plane(path: str | os.PathLike) -> FocalPlane:
-    """Read a focal plane from its own file, or from a plan.
+    """Read a focal plane from its own file, or from a plan; files of before they had a digest are read too.
 
     Raises:
-        InstrumentError: no such file, not these tables, truncated or damaged.
+        InstrumentError: no such file, not these tables, truncated, damaged or of a newer format.
     """
     path = Path(path)
-    tables = read_tables(path, InstrumentError)
+    tables = unseal(read_whole(path, InstrumentError), path, [PLAN, FOCAL_PLANE], InstrumentError, bare=True)
     try:
         return plane_from_tables(tables)
     except FiberplanError as error:
@@ -59,9 +62,12 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     rows |= {"base_x": plane.base[:, 0], "base_y": plane.base[:, 1], "length": plane.length}
     units = dict.fromkeys(("base_x", "base_y", "length"), "mm")
     about["field_radius"] = np.array([plane.field_radius])
-    if plane.four_bar is not None:
-        for name, unit in _FOUR_BAR.items():
-            rows[f"four_bar_{name}"], units[f"four_bar_{name}"] = getattr(plane.four_bar, name), unit
+    about["assumptions"] = [json.dumps(plane.assumptions)]
+    about["margin"] = np.array([np.nan if plane.recommended_margin is None else plane.recommended_margin])
+    if plane.aliases:
+        rows["alias"] = plane.aliases
+    for name, (values, unit) in stored(plane.kinematics).items():
+        rows[name], units[name] = values, unit
     for name, unit in _JOINTS.items():
         for k, joint in enumerate(("alpha", "beta")):
             rows[f"{name}_{joint}"], units[f"{name}_{joint}"] = getattr(plane, name)[:, k], unit
@@ -69,10 +75,10 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
         for axis, values in zip("xy", offset.T, strict=True):
             rows[f"fiber{k}_{axis}"], units[f"fiber{k}_{axis}"] = values, "mm"
     return [
-        table_hdu("FOCALPLANE", about, {"pair_margin": "mm", "field_radius": "mm"}),
+        table_hdu("FOCALPLANE", about, {"pair_margin": "mm", "field_radius": "mm", "margin": "mm"}),
         table_hdu("POSITIONERS", rows, units),
-        table_hdu("BODIES", _body_rows(plane.bodies, plane.n), _UNITS),
-        table_hdu("OBSTACLES", _obstacle_rows(plane.obstacles), _UNITS),
+        table_hdu("BODIES", body_rows(plane.bodies, plane.n), _UNITS),
+        table_hdu("OBSTACLES", obstacle_rows(plane.obstacles), _UNITS),
     ]
 
 
@@ -84,7 +90,7 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
     """
     about, rows = pick(tables, "FOCALPLANE", InstrumentError), pick(tables, "POSITIONERS", InstrumentError)
     try:
-        joints = {
+        joints: dict[str, Any] = {
             name: np.stack([numbers(rows, f"{name}_{joint}") for joint in ("alpha", "beta")], axis=1)
             for name in _JOINTS
         }
@@ -97,101 +103,33 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             base=np.stack([numbers(rows, "base_x"), numbers(rows, "base_y")], axis=1),
             length=numbers(rows, "length"),
             fiber_offsets=fibers,
-            bodies=_bodies(pick(tables, "BODIES", InstrumentError)),
-            obstacles=_obstacles(pick(tables, "OBSTACLES", InstrumentError)),
+            bodies=bodies_from_rows(pick(tables, "BODIES", InstrumentError), tuple(texts(rows, "positioner"))),
+            obstacles=obstacles_from_rows(pick(tables, "OBSTACLES", InstrumentError)),
             online=numbers(rows, "online", bool),
             name=texts(about, "name")[0],
             pair_margin=float(numbers(about, "pair_margin")[0]),
             notes=tuple(json.loads(texts(about, "notes")[0])),
-            four_bar=_four_bar(rows),
+            kinematics=kinematics_of({name: numbers(rows, name) for name in rows.columns.names if "four_bar" in name}),
             field_radius=_field_radius(about),
+            aliases=tuple(texts(rows, "alias")) if "alias" in rows.columns.names else (),
+            **_stated(about),
             **joints,
         )
-    except (KeyError, IndexError, ValueError, TypeError) as error:
-        raise InstrumentError(f"the tables of the focal plane cannot be used ({str(error).splitlines()[0]})") from None
+    except MISFITS as error:
+        raise InstrumentError(f"the tables of the focal plane cannot be used ({one_line(error)})") from None
 
 
-def _four_bar(rows: Any) -> FourBar | None:
-    """Four-bar constants, where the table has them."""
-    if f"four_bar_{next(iter(_FOUR_BAR))}" not in rows.columns.names:
-        return None
-    return FourBar(**{name: numbers(rows, f"four_bar_{name}") for name in _FOUR_BAR})
+def _stated(about: Any) -> dict[str, Any]:
+    """Assumptions and recommended margin; tables of earlier versions have none."""
+    if "assumptions" not in about.columns.names:
+        return {}
+    margin = float(numbers(about, "margin")[0])
+    return {
+        "assumptions": tuple(json.loads(texts(about, "assumptions")[0])),
+        "recommended_margin": None if np.isnan(margin) else margin,
+    }
 
 
 def _field_radius(about: Any) -> float:
     """Radius of the field [mm]; tables of format 1 have none."""
     return float(numbers(about, "field_radius")[0]) if "field_radius" in about.columns.names else float(np.inf)
-
-
-def _shape_row(shape: Body | Obstacle, **columns: Any) -> dict[str, Any]:
-    about = {"name": shape.name, "category": shape.category, "meets": json.dumps(shape.meets), "closed": shape.closed}
-    return about | columns
-
-
-def _body_rows(bodies: tuple[Body, ...], n: int) -> dict[str, Any]:
-    rows = []
-    for number, body in enumerate(bodies):
-        shared = body.points.ndim == 2 and np.ndim(body.radius) == 0
-        shapes = np.broadcast_to(body.points, (1 if shared else n, *body.points.shape[-2:]))
-        radii = np.broadcast_to(body.radius, len(shapes))
-        for i, (points, radius) in enumerate(zip(shapes, radii, strict=True)):
-            about = _shape_row(body, body=number, link=body.link, positioner=-1 if shared else i, radius=radius)
-            rows += [about | {"vertex": k, "x": x, "y": y} for k, (x, y) in enumerate(points)]
-    return _transposed(rows, ("body", "positioner", "vertex"), ("name", "category", "meets", "link"))
-
-
-def _obstacle_rows(obstacles: tuple[Obstacle, ...]) -> dict[str, Any]:
-    rows = []
-    for number, obstacle in enumerate(obstacles):
-        about = _shape_row(obstacle, obstacle=number, radius=obstacle.radius)
-        rows += [about | {"vertex": k, "x": x, "y": y} for k, (x, y) in enumerate(obstacle.points)]
-    return _transposed(rows, ("obstacle", "vertex"), ("name", "category", "meets"))
-
-
-def _transposed(rows: list[dict[str, Any]], integers: tuple[str, ...], words: tuple[str, ...]) -> dict[str, Any]:
-    """Rows as typed columns, which an empty table has too."""
-    columns: dict[str, Any] = {key: np.array([row[key] for row in rows], np.int64) for key in integers}
-    columns |= {key: [row[key] for row in rows] for key in words}
-    columns["closed"] = np.array([row["closed"] for row in rows], bool)
-    return columns | {key: np.array([row[key] for row in rows], float) for key in ("radius", "x", "y")}
-
-
-def _shapes(table: Any, key: str) -> list[tuple[np.ndarray, dict[str, Any]]]:
-    """Rows of each body or obstacle, and what they say of it."""
-    number, closed = numbers(table, key, int), numbers(table, "closed", bool)
-    about = {name: texts(table, name) for name in ("name", "category", "meets")}
-    found = []
-    for rows in np.split(np.arange(len(number)), np.flatnonzero(np.diff(number)) + 1) if len(number) else []:
-        first = int(rows[0])
-        said: dict[str, Any] = {name: values[first] for name, values in about.items()}
-        meets = json.loads(said["meets"])
-        said |= {"meets": None if meets is None else tuple(meets), "closed": bool(closed[first])}
-        found.append((rows, said))
-    return found
-
-
-def _points(table: Any, rows: np.ndarray) -> np.ndarray:
-    return np.stack([numbers(table, "x")[rows], numbers(table, "y")[rows]], axis=1)
-
-
-def _bodies(table: Any) -> tuple[Body, ...]:
-    bodies = []
-    link, owner, radius = texts(table, "link"), numbers(table, "positioner", int), numbers(table, "radius")
-    for rows, about in _shapes(table, "body"):
-        points, radii = _points(table, rows), radius[rows]
-        if owner[rows[0]] >= 0:
-            count = int(np.sum(owner[rows] == owner[rows[0]]))
-            points, radii = points.reshape(-1, count, 2), radii[::count]
-            if np.all(points == points[0]):
-                points = points[0]
-        thickness = float(radii[0]) if np.all(radii == radii[0]) else radii
-        bodies.append(Body(points=points, radius=thickness, link=link[rows[0]], **about))
-    return tuple(bodies)
-
-
-def _obstacles(table: Any) -> tuple[Obstacle, ...]:
-    radius = numbers(table, "radius")
-    return tuple(
-        Obstacle(points=_points(table, rows), radius=float(radius[rows[0]]), **about)
-        for rows, about in _shapes(table, "obstacle")
-    )

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from astropy.io import fits
 
-from fiberplan.arrays import read_only
 from fiberplan.certificates import Certificate, Contact, ZoneEntry
 from fiberplan.errors import PlanError
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
@@ -21,6 +20,7 @@ from fiberplan.problem import Dropped, Problem
 from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
 
 _ANGLES = ("start", "goal", "requested")
+_SAID = {"planner": str, "parameters": dict, "seed": int, "timings": dict, "notes": list, "problem": dict}
 
 
 def plan_hdus(plan: Plan) -> list[fits.BinTableHDU]:
@@ -44,6 +44,10 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
     said = json.loads(texts(pick(tables, "PARAMETERS", PlanError), "json")[0])
     table, knots = pick(tables, "PROBLEM", PlanError), pick(tables, "KNOTS", PlanError)
     plane = plane_from_tables(tables)
+    _compare(pick(tables, "POSITIONERS", PlanError), table)
+    for key, kind in _SAID.items():
+        if not isinstance(said[key], kind):
+            raise PlanError(f"PARAMETERS: {key} is {said[key]!r}")
 
     def angles(name: str) -> np.ndarray:
         return np.stack([numbers(table, f"{name}_{joint}") for joint in ("alpha", "beta")], axis=-1)
@@ -56,20 +60,21 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
     dropped = {
         int(i): Dropped(cause[i], tuple(json.loads(why[i]))) for i in np.flatnonzero(numbers(table, "dropped", bool))
     }
-    problem = Problem(
+    problem = Problem.as_settled(
         plane,
         start=angles("start"),
         goal=angles("goal"),
+        requested=angles("requested"),
+        conflicts=said["problem"]["conflicts"],
         margin=said["problem"]["margin"],
         priority=numbers(table, "priority"),
         alternatives=alternatives,
         dropped=dropped,
         notes=tuple(said["problem"]["notes"]),
     )
-    # the goals in the file are already settled; what they were settled from is only told, not settled again
-    object.__setattr__(problem, "conflicts", said["problem"]["conflicts"])
-    object.__setattr__(problem, "requested", read_only(angles("requested")))
     owner = numbers(knots, "positioner", int)
+    for k in np.flatnonzero((owner < 0) | (owner >= plane.n) | (np.diff(owner, prepend=owner[:1]) < 0))[:1]:
+        raise PlanError(f"KNOTS: row {k + 1}: positioner {owner[k]} is not there, or not in its place")
     trajectory = Trajectory(
         np.searchsorted(owner, np.arange(plane.n + 1)),
         numbers(knots, "time"),
@@ -86,8 +91,20 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         blockers={i: tuple(others) for i, others in blockers if others is not None},
         timings=said["timings"],
         notes=tuple(said["notes"]),
-        interrupted=said.get("interrupted", False),
+        interrupted=bool(said.get("interrupted", False)),
     )
+
+
+def _compare(positioners: Any, problem: Any) -> None:
+    """Refuse POSITIONERS and PROBLEM that speak of other positioners, or of other outcomes."""
+    ids, outcomes = texts(positioners, "positioner"), texts(positioners, "outcome")
+    for k, (id_, outcome) in enumerate(zip(texts(problem, "positioner"), texts(problem, "outcome"), strict=True)):
+        if id_ != ids[k]:
+            raise PlanError(f"row {k + 1}: positioner '{id_}' in PROBLEM, but '{ids[k]}' in POSITIONERS")
+        if outcome not in Outcome.__members__:
+            raise PlanError(f"PROBLEM: positioner '{id_}': there is no outcome '{outcome}'")
+        if outcome != outcomes[k]:
+            raise PlanError(f"positioner '{id_}': outcome {outcome} in PROBLEM, but {outcomes[k]} in POSITIONERS")
 
 
 def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
@@ -154,8 +171,7 @@ def _tuples(value: Any) -> Any:
 
 
 def _knots(trajectory: Trajectory) -> fits.BinTableHDU:
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
-    columns = {"positioner": owner, "time": trajectory.times}
+    columns = {"positioner": trajectory.owner, "time": trajectory.times}
     columns |= {"alpha": trajectory.angles[:, 0], "beta": trajectory.angles[:, 1]}
     return table_hdu("KNOTS", columns, {"time": "s", "alpha": "rad", "beta": "rad"})
 

@@ -12,8 +12,9 @@ import numpy as np
 from fiberplan.arrays import read_only
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.io.plan_file import is_plan, read_plan
-from fiberplan.tables.table_reader import check_file, nearest, read_table
+from fiberplan.io.plan_file import is_plan, plan_from_bytes
+from fiberplan.tables.contents import read_whole
+from fiberplan.tables.table_reader import nearest, read_table
 
 _SHOWN = 4  # how many missing positioners an error message lists
 
@@ -27,13 +28,13 @@ def read_configuration(path: str | os.PathLike, plane: FocalPlane) -> np.ndarray
         PlanError: a plan file that is damaged or of a newer format.
     """
     path = Path(path)
-    check_file(path, ProblemError)
-    if is_plan(path):
-        plan = read_plan(path)
+    content = read_whole(path, ProblemError)
+    if is_plan(content):
+        plan = plan_from_bytes(content, path)
         known = plan.problem.plane.ids
         where, angles = tuple(f"row {k + 1}" for k in range(len(known))), plan.trajectory.end
     else:
-        table = read_table(path, ProblemError)
+        table = read_table(path, ProblemError, content)
         table.require("positioner", "alpha", "beta")
         known, where = table.texts("positioner"), table.rows
         angles = np.stack([table.numbers(name, "rad", "deg") for name in ("alpha", "beta")], axis=1)
@@ -47,11 +48,11 @@ def _arrange(
     out = np.full((plane.n, 2), np.nan)
     rows: dict[str, str] = {}
     for id_, row, pose in zip(known, where, angles, strict=True):
-        if id_ not in plane.index:
-            raise ProblemError(f"{source}: {row}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
+        if id_ not in plane.names:
+            raise ProblemError(f"{source}: {row}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
         if (first := rows.setdefault(id_, row)) != row:
             raise ProblemError(f"{source}: {row}: positioner '{id_}' was already given in {first}")
-        out[plane.index[id_]] = pose
+        out[plane.names[id_]] = pose
     missing = [i for i in range(plane.n) if np.isnan(out[i, 0])]
     if missing:
         listed = ", ".join(f"'{plane.ids[i]}'" for i in missing[:_SHOWN])

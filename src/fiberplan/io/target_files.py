@@ -1,4 +1,4 @@
-"""Readers of targets: any table, SDSS-V's record of a configuration (``confSummary``), or a field of MOONS.
+"""Readers of targets: any table, and every format that is registered (`fiberplan.instruments.formats`).
 
 A table has ``x`` and ``y`` [mm] or commanded ``alpha`` and ``beta`` [deg] or both (angles win), and optionally
 ``positioner``, ``priority``, ``fiber`` and ``parity``. Units in brackets are assumed where a column gives none.
@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from fiberplan.errors import TargetError
-from fiberplan.instruments.moons_targets import is_moons, read_moons_targets
-from fiberplan.instruments.sdss_targets import read_conf_summary
+from fiberplan.instruments.formats import TARGET_FILES
+from fiberplan.tables.contents import read_whole
+from fiberplan.tables.formats import content_format
 from fiberplan.tables.table_reader import InputTable, read_table
 
 _PARITIES = {"right": 1.0, "left": -1.0, "any": 0.0, "": 0.0}
@@ -25,13 +26,13 @@ def read_columns(path: str | os.PathLike) -> dict[str, Any]:
         TargetError: a file, column, unit or value that cannot be used; one line that names it.
     """
     path = Path(path)
-    if path.suffix.lower() == ".par":
-        return read_conf_summary(path)
-    return read_moons_targets(path) if is_moons(path) else _table(path)
+    content = read_whole(path, TargetError)
+    known = content_format(TARGET_FILES, path, content)
+    return _table(path, content) if known is None else known.read(path, content)
 
 
-def _table(path: Path) -> dict[str, Any]:
-    table = read_table(path, TargetError)
+def _table(path: Path, content: bytes) -> dict[str, Any]:
+    table = read_table(path, TargetError, content)
     has_angles = "alpha" in table or "beta" in table
     if "x" in table or "y" in table or not has_angles:
         table.require("x", "y")

@@ -1,1 +1,12 @@
-"""Compiled geometry: segments, arms, clearance, sweeps, neighbours. Numbers and arrays only."""
+"""Compiled geometry: numbers and arrays only, no Python objects, no memory taken in a step.
+
+- `compile`: the one compile policy (`kernel`, `leaf`, `inlined`)
+- `arms`: what kernels know of a focal plane, link frames, and bounds on how far a body point moves
+- `four_bar`: the third link of a four-bar arm, and its zone of avoidance
+- `segments`: distances between points and segments
+- `clearance`: clearance of two arms, bodies and all
+- `sweep`: whether a pair is clear over a whole step (first order)
+- `even_motion`: a lower bound of clearance over an interval of even motion (second order)
+- `neighbours`: neighbour lists in O(n)
+- `randoms`: random numbers that are the same on every platform
+"""

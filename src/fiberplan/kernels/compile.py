@@ -3,25 +3,38 @@
 Kernels take numbers and arrays (a NamedTuple of arrays at most), never raise, and are compiled lazily, so that
 read-only arrays are accepted. ``error_model="numpy"``: division by zero gives inf or NaN, and a NaN clearance counts
 as contact. Never ``fastmath``: it would let the compiler assume that NaN does not exist.
+
+With NUMBA_DISABLE_JIT=1 kernels are the Python functions they are written as, slow, for a debugger or a coverage run.
 """
 
 import functools
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numba import njit
-from numba.core import event
+from numba.core import config, event
+
+from fiberplan.kernels.kernel_cache import KernelCache, folders, writable
+
+_SWITCHED_OFF = bool(getattr(config, "DISABLE_JIT", 0))
+if _SWITCHED_OFF:
+    np.seterr(all="ignore")  # compiled arithmetic is silent, and unsigned numbers wrap around on purpose
 
 
 def kernel(function: Callable, **options: bool) -> Callable:
-    """Compile `function` for the machine, cached on disk where some folder can be written."""
-    compile_ = functools.partial(njit, nogil=True, error_model="numpy", **options)
-    try:
-        return compile_(cache=True)(function)
-    except RuntimeError:  # numba found no folder for its cache: compile in memory, every run
-        return compile_()(function)
+    """Compile `function` for the machine, kept on disk where some folder can be written."""
+    compile_: Callable = functools.partial(njit, nogil=True, error_model="numpy", **options)
+    compiled = compile_()(function)
+    if not _SWITCHED_OFF:
+        try:
+            compiled._cache = KernelCache(function, options)
+        except OSError:  # no source to tell stale from fresh by: compile in memory, every run
+            KernelCache.lost += 1
+    return compiled
 
 
 def leaf(function: Callable) -> Callable:
@@ -59,7 +72,15 @@ def compilation_notice() -> Iterator[None]:
     """Within this context, tell on stderr when kernels are being compiled instead of leaving the user to wonder."""
 
     def say() -> None:
-        print("compiling kernels (first run only, up to a minute)...", file=sys.stderr, flush=True)
+        tried = folders(Path(__file__))
+        if any(writable(folder) for folder in tried):
+            message = "compiling kernels (first run only, up to a minute)..."
+        else:
+            message = (
+                "compiling kernels, up to a minute, on every run: no folder for the cache can be written "
+                f"(tried {', '.join(map(str, tried))}); set NUMBA_CACHE_DIR to one that can"
+            )
+        print(message, file=sys.stderr, flush=True)
 
     with event.install_listener("numba:compile", _FirstCompilation(say)):
         yield

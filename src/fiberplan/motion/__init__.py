@@ -1,4 +1,8 @@
-"""Motion in joint space: trajectories, and the same as lists of moves."""
+"""Motion in joint space, whoever planned it.
+
+- `trajectory`: knots for each positioner, even motion between them, rest before the first and after the last
+- `moves`: the same as a list of moves, and its start-stops
+"""
 
 from fiberplan.motion.trajectory import Trajectory
 

@@ -28,8 +28,7 @@ def moves(trajectory: Trajectory) -> list[Move]:
     """All moves, positioner by positioner and by time; rests are what lies between."""
     found: list[Move] = []
     for i in range(trajectory.n):
-        own = slice(int(trajectory.offsets[i]), int(trajectory.offsets[i + 1]))
-        times, angles = trajectory.times[own], trajectory.angles[own]
+        times, angles = trajectory.knots(i)
         speeds = np.diff(angles, axis=0) / np.diff(times)[:, None]
         segment, moving = 0, False
         for k, speed in enumerate(speeds):

@@ -5,15 +5,16 @@ Each positioner has its own knots, so one that moves once has two. Stored ragged
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, number, plain, read_only
 from fiberplan.errors import TrajectoryError
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Frozen):
     """Knots in joint space.
 
     Raises:
@@ -25,8 +26,9 @@ class Trajectory:
     angles: np.ndarray  #: (k, 2) commanded alpha, beta [rad]
 
     def __post_init__(self) -> None:
-        for name, dtype in (("offsets", np.int64), ("times", np.float64), ("angles", np.float64)):
-            object.__setattr__(self, name, read_only(getattr(self, name), dtype))
+        for name, dtype, unit in (("offsets", np.int64, ""), ("times", np.float64, "s"), ("angles", np.float64, "rad")):
+            array = read_only(getattr(self, name), dtype, unit, name, TrajectoryError)
+            object.__setattr__(self, name, array)
         offsets, times, angles = self.offsets, self.times, self.angles
         if offsets.ndim != 1 or len(offsets) < 1 or offsets[0] != 0 or offsets[-1] != len(times):
             raise TrajectoryError(f"offsets must run from 0 to the number of knots, {len(times)}")
@@ -38,21 +40,31 @@ class Trajectory:
         if len(bad):
             k = bad[0]
             raise TrajectoryError(
-                f"positioner {self._owner(k)}: knot at {times[k]} s with angles {angles[k]} rad is not usable"
+                f"positioner {self.owner[k]}: knot at {times[k]} s with angles {angles[k]} rad is not usable"
             )
         steps = np.diff(times)
         steps[offsets[1:-1] - 1] = np.inf  # from one positioner to the next, time starts again
         if np.any(steps <= 0):
             k = np.flatnonzero(steps <= 0)[0]
-            raise TrajectoryError(f"positioner {self._owner(k)}: time does not increase after {times[k]} s")
+            raise TrajectoryError(f"positioner {self.owner[k]}: time does not increase after {times[k]} s")
 
-    def _owner(self, knot: int) -> int:
-        return int(np.searchsorted(self.offsets, knot, side="right") - 1)
+    def __repr__(self) -> str:
+        return f"<Trajectory: {len(self.times)} knots of {self.n} positioners, {self.duration:.6g} s>"
 
     @property
     def n(self) -> int:
         """Number of positioners."""
         return len(self.offsets) - 1
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """(k,) the positioner that each knot belongs to."""
+        return read_only(np.repeat(np.arange(self.n), np.diff(self.offsets)), np.int64)
+
+    def knots(self, i: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times (m,) [s] and angles (m, 2) [rad] of positioner `i`."""
+        own = slice(int(self.offsets[i]), int(self.offsets[i + 1]))
+        return self.times[own], self.angles[own]
 
     @property
     def duration(self) -> float:
@@ -71,6 +83,7 @@ class Trajectory:
 
     def at(self, t: float) -> np.ndarray:
         """Angles (n, 2) [rad] at time `t` [s]."""
+        t = number(t, "s", "t", TrajectoryError)
         if self.n == 0:
             return np.empty((0, 2))
         # the last knot at or before t, by a count per positioner
@@ -84,13 +97,11 @@ class Trajectory:
 
     def reversed(self) -> "Trajectory":
         """The same motion backwards in time, of the same duration."""
-        times, angles, offsets = self.times, self.angles, self.offsets
-        if self.n and times.min() > 0:  # a knot at the very beginning, so that there is one at the very end
-            times, angles = np.insert(times, 0, 0.0), np.insert(angles, 0, angles[0], axis=0)
-            offsets = np.concatenate([offsets[:1], offsets[1:] + 1])
-        owner = np.repeat(np.arange(self.n), np.diff(offsets))
-        order = offsets[owner] + offsets[owner + 1] - 1 - np.arange(len(times))
-        return _from_knots(owner, self.duration - times[order], angles[order], self.n)
+        owner, times, angles = self.owner[::-1], self.duration - self.times[::-1], self.angles[::-1]
+        if self.n and times.max() < self.duration:  # a knot at the very end, so that the duration is kept
+            owner, times = np.append(owner, 0), np.append(times, self.duration)
+            angles = np.append(angles, self.start[:1], axis=0)
+        return self.from_knots(owner, times, angles, self.n)
 
     def then(self, other: "Trajectory") -> "Trajectory":
         """This motion, then `other`, which must begin where this one ends.
@@ -102,16 +113,56 @@ class Trajectory:
         if np.any(gap > 1e-9):
             i = int(np.argmax(gap > 1e-9))
             raise TrajectoryError(f"positioner {i} ends {gap[i]:.6g} rad from where the next motion begins")
-        owner = np.concatenate([np.repeat(np.arange(t.n), np.diff(t.offsets)) for t in (self, other)])
+        owner = np.concatenate([self.owner, other.owner])
         times = np.concatenate([self.times, self.duration + other.times])
-        angles = np.concatenate([self.angles, other.angles])
-        order = np.argsort(owner, kind="stable")
-        return _from_knots(owner[order], times[order], angles[order], self.n)
+        return self.from_knots(owner, times, np.concatenate([self.angles, other.angles]), self.n)
+
+    def select(self, who: np.ndarray) -> "Trajectory":
+        """The motion of the positioners `who` (k,) alone, in this order."""
+        counts = np.diff(self.offsets)[who]
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        rows = np.arange(offsets[-1]) + np.repeat(self.offsets[who] - offsets[:-1], counts)
+        return Trajectory(offsets, self.times[rows], self.angles[rows])
+
+    def sampled(self, times: np.ndarray) -> np.ndarray:
+        """Where everybody is (n, len(times), 2) [rad] at `times` [s]."""
+        times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
+        out = np.empty((self.n, len(times), 2))
+        for i in range(self.n):
+            own_times, own_angles = self.knots(i)
+            for joint in (0, 1):
+                out[i, :, joint] = np.interp(times, own_times, own_angles[:, joint])
+        return out
+
+    @classmethod
+    def from_knots(cls, owner: np.ndarray, times: np.ndarray, angles: np.ndarray, n: int) -> "Trajectory":
+        """Knots in any order.
+
+        Args:
+            owner: (k,) the positioner of each knot.
+            times: (k,) [s].
+            angles: (k, 2) [rad].
+            n: how many positioners there are.
+
+        Of several knots of one positioner at one time the first given is kept.
+
+        Raises:
+            TrajectoryError: as for the class.
+        """
+        times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
+        angles = np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)
+        order = np.lexsort((times, owner))  # stable: knots at one time stay in the order given
+        owner, times, angles = np.asarray(owner)[order], times[order], angles[order]
+        keep = np.ones(len(times), bool)
+        keep[1:] = (owner[1:] != owner[:-1]) | (times[1:] > times[:-1])
+        counts = np.bincount(owner[keep], minlength=n)
+        return cls(np.concatenate([[0], np.cumsum(counts)]), times[keep], angles[keep])
 
     @classmethod
     def from_samples(cls, times: np.ndarray, angles: np.ndarray) -> "Trajectory":
         """Knots for all positioners at the same `times` (k,) [s], `angles` (k, n, 2) [rad]."""
-        times, angles = np.asarray(times, float), np.asarray(angles, float)
+        times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
+        angles = np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)
         if angles.ndim != 3 or angles.shape[::2] != (len(times), 2):
             raise TrajectoryError(f"{len(times)} times need angles of shape ({len(times)}, n, 2), got {angles.shape}")
         n = angles.shape[1]
@@ -121,12 +172,4 @@ class Trajectory:
     @classmethod
     def at_rest(cls, angles: np.ndarray) -> "Trajectory":
         """No motion at all, at `angles` (n, 2) [rad]."""
-        return cls.from_samples(np.zeros(1), np.asarray(angles, float)[None])
-
-
-def _from_knots(owner: np.ndarray, times: np.ndarray, angles: np.ndarray, n: int) -> Trajectory:
-    """A trajectory of knots sorted by positioner and time; of two at the same time the second is left out."""
-    keep = np.ones(len(times), bool)
-    keep[1:] = (owner[1:] != owner[:-1]) | (times[1:] > times[:-1])
-    counts = np.bincount(owner[keep], minlength=n)
-    return Trajectory(np.concatenate([[0], np.cumsum(counts)]), times[keep], angles[keep])
+        return cls.from_samples(np.zeros(1), np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)[None])

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiberplan.motion import Trajectory
-from fiberplan.plan.plan import Outcome, Plan
+from fiberplan.plan.outcomes import Outcome
+from fiberplan.plan.plan import Plan
 from fiberplan.tolerances import ARRIVAL
 
 _STILL = 1e-9  # [rad] a joint that turns less between two knots rests there
@@ -87,7 +88,7 @@ def losses(plan: Plan) -> tuple[Loss, ...]:
     def loss(i: int) -> Loss:
         dropped = problem.dropped.get(i)
         blockers = tuple(plan.blockers.get(i, ()) or (dropped.blockers if dropped else ()))
-        names = tuple(_name(plan, b) for b in blockers)
+        names = tuple(plane.label(b) for b in blockers)
         assert problem.priority is not None  # set on construction
         priority = float(problem.priority[i])
         return Loss(i, plane.ids[i], plan.outcomes[i], cause(plan, i), priority, blockers, names, float(away[i]))
@@ -113,7 +114,7 @@ def reversals(trajectory: Trajectory) -> np.ndarray:
     A joint that goes on in the direction in which it stopped has not turned back.
     """
     turns = np.diff(trajectory.angles, axis=0)
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    owner = trajectory.owner
     within = owner[1:] == owner[:-1]
     out = np.zeros((trajectory.n, 2), np.int64)
     for joint in (0, 1):
@@ -122,14 +123,6 @@ def reversals(trajectory: Trajectory) -> np.ndarray:
         back = (who[1:] == who[:-1]) & (sign[1:] != sign[:-1])
         out[:, joint] = np.bincount(who[1:][back], minlength=trajectory.n)
     return out
-
-
-def _name(plan: Plan, arm: int) -> str:
-    """A positioner, or obstacle -1 - k, as people know it; by its number if there is none such."""
-    plane, k = plan.problem.plane, -1 - arm
-    if arm >= 0:
-        return plane.ids[arm] if arm < plane.n else f"positioner {arm}"
-    return f"obstacle {plane.obstacles[k].name if k < len(plane.obstacles) else k}"
 
 
 def _distances(plan: Plan) -> np.ndarray:
@@ -141,7 +134,7 @@ def _distances(plan: Plan) -> np.ndarray:
 def _stops(trajectory: Trajectory) -> np.ndarray:
     """(n,) when each positioner stops for good [s]; NaN: it never moves."""
     turns = np.abs(np.diff(trajectory.angles, axis=0)).max(axis=1) > _STILL
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    owner = trajectory.owner
     turns &= owner[1:] == owner[:-1]
     stops = np.full(trajectory.n, np.nan)
     stops[owner[1:][turns]] = trajectory.times[1:][turns]  # the last one written is the latest

@@ -7,37 +7,28 @@ error, and the rest is planned around where it waits.
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from fiberplan.arrays import Frozen, FrozenDict, shortened
 from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
+from fiberplan.plan.outcomes import Outcome, contradictions
+from fiberplan.plan.seeds import seed_complaint
 from fiberplan.problem import Problem
 from fiberplan.registry import io_function
 from fiberplan.tolerances import ARRIVAL
 
 
-class Outcome(Enum):
-    """What became of a positioner; of several that fit, the first."""
-
-    OFFLINE = "cannot move"
-    NO_TARGET = "has no target"
-    DROPPED = "its goal touched something at rest or was out of reach"
-    ARRIVED = "arrived at its goal"
-    INFEASIBLE = "proven unable to reach its goal"
-    DEADLOCKED = "stuck or given up, without proof that it had to be"
-
-
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Frozen):
     """A planned motion.
 
     Raises:
-        PlanError: the trajectory does not begin at the start, or the outcomes do not fit.
+        PlanError: the trajectory does not begin at the start, or outcomes do not fit the problem, or no seed.
     """
 
     problem: Problem
@@ -53,6 +44,9 @@ class Plan:
     interrupted: bool = False  #: by Ctrl-C or a deadline: what was best by then
 
     def __post_init__(self) -> None:
+        for name in ("parameters", "blockers", "timings"):
+            object.__setattr__(self, name, FrozenDict(getattr(self, name)))
+        object.__setattr__(self, "outcomes", tuple(self.outcomes))
         n = self.problem.n
         if len(self.outcomes) != n or self.trajectory.n != n:
             raise PlanError(f"{n} positioners, but {len(self.outcomes)} outcomes and {self.trajectory.n} motions")
@@ -60,6 +54,10 @@ class Plan:
         if np.any(off > 1e-9):
             i = int(np.argmax(off))
             raise PlanError(f"positioner '{self.problem.plane.ids[i]}' begins {off[i]:.3g} rad from the stated start")
+        for i, contradiction in contradictions(self.problem, self.outcomes):
+            raise PlanError(f"positioner '{self.problem.plane.ids[i]}': {contradiction}")
+        if complaint := seed_complaint(self.seed):
+            raise PlanError(complaint)
 
     @property
     def makespan(self) -> float:
@@ -102,16 +100,33 @@ class Plan:
         assert self.problem.priority is not None  # set on construction
         return float(self.problem.priority[self.having(Outcome.ARRIVED)].sum())
 
+    @property
+    def _away(self) -> np.ndarray:
+        """(n,) how far each positioner ends from the nearest configuration in which it is at its goal [mm].
+
+        That is the largest distance of any fiber: the other elbow may bring one fiber to its place and not the next.
+        """
+        plane, end = self.problem.plane, self.trajectory.end
+        there = [plane.fibers(end, fiber) for fiber in plane.fiber_offsets]
+        away = []
+        for goal in np.moveaxis(self._ends, 1, 0):
+            wanted = [plane.fibers(goal, fiber) for fiber in plane.fiber_offsets]
+            apart = np.linalg.norm(np.subtract(there, wanted), axis=2)
+            away.append(np.fmax.reduce(apart))  # NaN: a fiber that the positioner does not carry
+        return np.fmin.reduce(away)
+
     def faults(self) -> list[str]:
         """What in the plan does not hold: unsafe motion, or a positioner said to arrive that does not."""
-        plane, fibers = self.problem.plane, self.problem.plane.fibers(self.trajectory.end)
+        plane = self.problem.plane
         faults = [] if self.certificate.ok else [str(self.certificate)]
-        goals = np.stack([plane.fibers(end) for end in np.moveaxis(self._ends, 1, 0)])
-        away = np.fmin.reduce(np.linalg.norm(fibers - goals, axis=2), axis=0)
+        away = self._away
         for i in self.having(Outcome.ARRIVED):
             if not away[i] <= ARRIVAL:
                 faults.append(f"positioner '{plane.ids[i]}' is said to arrive but ends {away[i]:.4g} mm from its goal")
         return faults
+
+    def __repr__(self) -> str:
+        return f"<Plan of '{shortened(self.problem.plane.name)}' by {shortened(self.planner, 40)}: {self}>"
 
     def __str__(self) -> str:
         arrived = len(self.having(Outcome.ARRIVED))

@@ -1,4 +1,10 @@
-"""What is asked of a planner: targets, the configurations that reach them, and the problem as it is settled."""
+"""What is asked of a planner, validated before any planning.
+
+- `targets`: where fibers are wanted, and the joint angles that put them there
+- `problem`: from where, to where, how far apart, what matters most; which goals are refused or dropped, and why
+- `configuration_choice`: of several configurations that reach the same targets, those that do not touch
+- `least_cover`: the goals of least total priority whose loss settles every contact
+"""
 
 from fiberplan.problem.problem import Dropped, Problem
 from fiberplan.problem.targets import Targets

@@ -4,13 +4,15 @@ Validated when made, so that planners need not: joint ranges, contacts at the st
 row means "anywhere safe". A goal that cannot be kept is refused, or with ``conflicts="drop"`` given up with its cause.
 """
 
+import dataclasses
+import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
@@ -31,7 +33,7 @@ class Dropped:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Frozen):
     """Move from `start` to `goal`, always at least `margin` apart.
 
     After construction `goal` holds only goals that are kept: rows of offline positioners and of dropped goals are NaN,
@@ -54,24 +56,94 @@ class Problem:
     requested: np.ndarray = field(init=False)  #: (n, 2) the goals before any were dropped
 
     def __post_init__(self) -> None:
+        self._check_values()
+        object.__setattr__(self, "requested", self.goal)
+        self._check_start()
+        self._settle_goals()
+
+    @classmethod
+    def as_settled(cls, plane: FocalPlane, *, requested: np.ndarray, **fields: Any) -> "Problem":
+        """A problem whose goals have been settled before: nothing is refused for touching, nothing is dropped.
+
+        Args:
+            plane: the array.
+            requested: (n, 2) the goals before any were dropped [rad].
+            **fields: all others, `goal` and `dropped` as they were settled.
+
+        Raises:
+            ProblemError: values that make no sense, or a goal that is kept and was not requested, or of a positioner
+                that is offline or whose goal was dropped.
+        """
+        problem = object.__new__(cls)
+        for each in dataclasses.fields(cls):
+            if each.init:
+                default = each.default_factory() if callable(each.default_factory) else each.default
+                object.__setattr__(problem, each.name, fields.pop(each.name, default))
+        if fields:
+            raise TypeError(f"Problem has no field '{next(iter(fields))}'")
+        object.__setattr__(problem, "plane", plane)
+        problem._check_values()
+        requested = problem._configuration("requested", requested)
+        object.__setattr__(problem, "requested", requested)
+        kept = problem.has_goal
+        wrong = kept & (~plane.online | (requested != problem.goal).any(axis=1))
+        wrong[list(problem.dropped)] |= kept[list(problem.dropped)]
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            raise ProblemError(f"goal: {problem._name(i)} has a goal that is not the one it was asked for", (i,))
+        return problem
+
+    def _check_values(self) -> None:
+        """Arrays through the door, and values that can be meant."""
         n = self.plane.n
         for name in ("start", "goal"):
-            array = read_only(getattr(self, name))
-            if array.shape != (n, 2):
-                raise ProblemError(f"{name} must have shape ({n}, 2), got {array.shape}")
-            object.__setattr__(self, name, array)
-        object.__setattr__(self, "requested", self.goal)
-        object.__setattr__(self, "dropped", dict(self.dropped))
-        priority = read_only(np.ones(n) if self.priority is None else self.priority)
+            object.__setattr__(self, name, self._configuration(name, getattr(self, name)))
+        if self.alternatives is not None:
+            object.__setattr__(self, "alternatives", self._checked_alternatives())
+        object.__setattr__(self, "dropped", self._checked_dropped())
+        object.__setattr__(self, "margin", number(self.margin, "mm", "margin", ProblemError))
+        priority = np.ones(n) if self.priority is None else self.priority
+        priority = read_only(priority, name="priority", error=ProblemError)
         if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
             raise ProblemError(f"priority must be {n} finite numbers of 0 or more")
         object.__setattr__(self, "priority", priority)
-        if not (np.isfinite(self.margin) and self.margin >= 0):
+        number = isinstance(self.margin, numbers.Real) and not isinstance(self.margin, bool)
+        if not (number and np.isfinite(self.margin) and self.margin >= 0):
             raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         if self.conflicts not in ("raise", "drop"):
             raise ProblemError(f"conflicts must be 'raise' or 'drop', got '{self.conflicts}'")
-        self._check_start()
-        self._settle_goals()
+
+    def _configuration(self, name: str, angles: Any) -> np.ndarray:
+        array = read_only(angles, unit="rad", name=name, error=ProblemError)
+        if array.shape != (self.plane.n, 2):
+            raise ProblemError(f"{name} must have shape ({self.plane.n}, 2), got {array.shape}")
+        return array
+
+    def _checked_alternatives(self) -> np.ndarray:
+        n = self.plane.n
+        others = read_only(self.alternatives, unit="rad", name="alternatives", error=ProblemError)
+        if others.ndim != 3 or others.shape[::2] != (n, 2):
+            raise ProblemError(f"alternatives must have shape ({n}, k, 2), got {others.shape}")
+        bad = np.isinf(others).any(axis=2) | (np.isnan(others[..., 0]) != np.isnan(others[..., 1]))
+        if bad.any():
+            i, k = (int(index) for index in np.argwhere(bad)[0])
+            raise ProblemError(
+                f"alternatives: {self._name(i)}: number {k + 1} must be two finite angles, or two NaN", (i,)
+            )
+        return others
+
+    def _checked_dropped(self) -> FrozenDict[int, Dropped]:
+        for i, why in self.dropped.items():
+            if not (isinstance(i, int | np.integer) and 0 <= i < self.plane.n):
+                raise ProblemError(f"dropped: there is no positioner {shortened(i)} among {self.plane.n}")
+            if not isinstance(why, Dropped):
+                raise ProblemError(f"dropped: {self._name(int(i))} needs a Dropped, got {shortened(repr(why))}")
+        return FrozenDict({int(i): why for i, why in self.dropped.items()})
+
+    def __repr__(self) -> str:
+        goals, lost = int(self.has_goal.sum()), len(self.dropped)
+        of = f"{goals} goals of {self.n} positioners" + (f", {lost} dropped" if lost else "")
+        return f"<Problem on '{shortened(self.plane.name)}': {of}, margin {self.margin:g} mm>"
 
     @classmethod
     def from_targets(
@@ -100,21 +172,23 @@ class Problem:
                 of reach.
             ProblemError: as `Problem`; with "raise", two four-bar arms without configurations that do not touch.
         """
+        margin = number(margin, "mm", "margin", ProblemError)
         solution = targets.solve(plane)
         if conflicts != "drop":
             refuse_unreachable(plane, targets.source, solution)
         goal = solution.goal
-        if plane.four_bar is not None:
+        if not plane.kinematics.has_parities:
             goal, pair = clear_goals(plane, goal, solution.alternatives, margin + 2.0 * EQUALITY)
             if pair and conflicts != "drop":
                 names = " and ".join(f"'{plane.ids[i]}'" for i in pair)
                 raise ProblemError(
                     f"goal: positioners {names} touch in all configurations that reach their targets", pair
                 )
-        where = np.array(plane.folded if start is None else start, float)
+        begin = plane.folded if start is None else read_only(start, unit="rad", name="start", error=ProblemError)
+        where = begin.copy()
         online, notes = plane.online.copy(), list(targets.notes)
         for id_ in targets.offline:
-            i = plane.index[id_]
+            i = plane.names[id_]
             online[i] = False
             stated = start is not None and where.shape == (plane.n, 2) and bool(np.isfinite(where[i]).all())
             if not stated and where.shape == (plane.n, 2):
@@ -132,7 +206,8 @@ class Problem:
             priority=solution.priority,
             conflicts=conflicts,
             alternatives=solution.alternatives if solution.alternatives.shape[1] else None,
-            dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()},
+            dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()}
+            | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()},
             notes=tuple(notes),
         )
 
@@ -227,11 +302,11 @@ class Problem:
             self._refuse_contacts("goal", contacts)
         for i, blockers in self._least_loss(contacts).items():
             texts = [self._contact_text(*c) for c in contacts if i in c[:2]]
-            numbers = tuple(b if b < self.n else self.n - 1 - b for b in blockers)
+            numbers = tuple(self.plane.public(b) for b in blockers)
             dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), numbers)
             goal[i] = np.nan
         object.__setattr__(self, "goal", read_only(goal))
-        object.__setattr__(self, "dropped", dict(sorted(dropped.items())))
+        object.__setattr__(self, "dropped", FrozenDict(sorted(dropped.items())))
 
     def _least_loss(self, contacts: list[tuple[int, int, float]]) -> dict[int, list[int]]:
         """Goals of least total priority whose loss removes every contact -> the arms each of them touches."""

@@ -11,14 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.inverse_kinematics import reach, solutions
+from fiberplan.focal_plane.inverse_kinematics import solutions
+from fiberplan.focal_plane.two_link import reach
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
 
 _SHOWN = 4  # how many unreachable targets an error message lists
+_UNITS = {"x": "mm", "y": "mm", "angles": "rad"}
 _PLACE = 0.05  # [mm] a positioner named by its place stands no farther from there (files have six digits)
 
 
@@ -28,11 +30,12 @@ class Solution(NamedTuple):
     goal: np.ndarray  #: (n, 2) commanded angles [rad]; NaN rows have no target that can be reached
     alternatives: np.ndarray  #: (n, k, 2) other angles that reach the same target, NaN-padded [rad]
     unreachable: dict[int, str]  #: positioner -> why its target is out of reach
+    lacking: dict[int, str]  #: positioner -> which fiber its target names that it does not carry
     priority: np.ndarray  #: (n,) 1 without a target
 
 
 @dataclass(frozen=True, eq=False)
-class Targets:
+class Targets(Frozen):
     """A field of targets.
 
     Raises:
@@ -59,26 +62,34 @@ class Targets:
         defaults = {"priority": np.ones(m), "parity": np.zeros(m), "angles": np.full((m, 2), np.nan)}
         for name in ("x", "y", "priority", "parity", "angles"):
             value = getattr(self, name)
-            value = read_only(defaults[name] if value is None else value)
+            label, unit = f"{self.source}: {name}", _UNITS.get(name, "")
+            value = read_only(defaults[name] if value is None else value, float, unit, label, TargetError)
             shape = (m, 2) if name == "angles" else (m,)
             if value.shape != shape:
                 raise TargetError(f"{self.source}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
         for name in ("base", "idle"):
             if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, read_only(np.reshape(value, (-1, 2))))
+                places = read_only(value, unit="mm", name=f"{self.source}: {name}", error=TargetError)
+                if places.size and (places.ndim != 2 or places.shape[1] != 2):
+                    raise TargetError(f"{self.source}: {name} must have shape (k, 2), got {places.shape}")
+                object.__setattr__(self, name, read_only(places.reshape(-1, 2)))
         if self.base is not None and len(self.base) != m:
             raise TargetError(f"{self.source}: base has {len(self.base)} entries for {m} targets")
         object.__setattr__(self, "rows", self.rows or tuple(f"row {k + 1}" for k in range(m)))
-        for name in ("positioner", "fiber", "rows"):
-            value = getattr(self, name)
-            if value is not None and len(value) != m:
-                raise TargetError(f"{self.source}: {name} has {len(value)} entries for {m} targets")
-            object.__setattr__(self, name, None if value is None else tuple(str(item) for item in value))
+        for name in ("positioner", "fiber", "rows", "offline"):
+            if (value := getattr(self, name)) is not None:
+                value = texts(value, f"{self.source}: {name}", TargetError)
+                if name != "offline" and len(value) != m:
+                    raise TargetError(f"{self.source}: {name} has {len(value)} entries for {m} targets")
+                object.__setattr__(self, name, value)
         self._validate()
 
     def __len__(self) -> int:
         return len(self.x)
+
+    def __repr__(self) -> str:
+        return f"<Targets: {len(self)} from '{shortened(self.source)}'>"
 
     @property
     def commanded(self) -> np.ndarray:
@@ -138,12 +149,17 @@ class Targets:
                 "assignment is not done here"
             )
         for row, id_ in enumerate(self.positioner):
-            if id_ not in plane.index:
-                raise self._fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
+            if id_ not in plane.names:
+                raise self._fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
         for id_ in self.offline:
-            if id_ not in plane.index:
-                raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.ids)}")
-        return np.array([plane.index[id_] for id_ in self.positioner], np.int64)
+            if id_ not in plane.names:
+                raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
+        who = np.array([plane.names[id_] for id_ in self.positioner], np.int64)
+        first: dict[int, int] = {}
+        for row, i in enumerate(who.tolist()):
+            if (before := first.setdefault(i, row)) != row:  # under its id and its second name
+                raise self._fail(row, f"positioner '{plane.ids[i]}' already has a target in {self.rows[before]}")
+        return who
 
     def _standing_at(self, plane: FocalPlane) -> np.ndarray:
         """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
@@ -171,14 +187,14 @@ class Targets:
         return np.asarray(who[:m], np.int64)
 
     def _offsets(self, plane: FocalPlane, who: np.ndarray) -> np.ndarray:
-        """(m, 2) of each target's fiber in its beta link's frame [mm]."""
+        """(m, 2) of each target's fiber in its beta link's frame [mm]; NaN where the positioner lacks that fiber."""
         offset = plane.fiber[who]
+        known = {name.lower(): name for name in plane.fiber_offsets}
         for row, name in enumerate(self.fiber or ()):
-            if name and name not in plane.fiber_offsets:
-                known = ", ".join(plane.fiber_offsets)
-                raise self._fail(row, f"{plane.name} has no fiber '{name}'; it has {known}")
+            if name and name.lower() not in known:
+                raise self._fail(row, f"{plane.name} has no fiber '{name}'; it has {', '.join(plane.fiber_offsets)}")
             if name:
-                offset[row] = plane.fiber_offsets[name][who[row]]
+                offset[row] = plane.fiber_offsets[known[name.lower()]][who[row]]
         return offset
 
     def solve(self, plane: FocalPlane) -> Solution:
@@ -192,8 +208,9 @@ class Targets:
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
-        if plane.four_bar is not None and np.any(self.parity):
-            raise self._fail(int(np.argmax(self.parity != 0)), "parity is given, but four-bar arms have none")
+        if not plane.kinematics.has_parities and np.any(self.parity):
+            row = int(np.argmax(self.parity != 0))
+            raise self._fail(row, f"parity is given, but {plane.kinematics.name} arms have none")
         found = solutions(plane, who, points, offset, self.parity)
         found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
         found[self.commanded] = np.nan
@@ -205,8 +222,16 @@ class Targets:
         priority = np.ones(plane.n)
         goal[who], alternatives[who], priority[who] = found[:, 0], found[:, 1:most], self.priority
         lost = np.flatnonzero(np.isnan(found[:, 0, 0]))
-        unreachable = {int(who[row]): self._why_unreachable(plane, int(row), who, offset) for row in lost}
-        return Solution(read_only(goal), read_only(alternatives), unreachable, read_only(priority))
+        lacks = np.isnan(offset).any(axis=1)
+        unreachable = {int(who[r]): self._why_unreachable(plane, int(r), who, offset) for r in lost if not lacks[r]}
+        lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
+        return Solution(read_only(goal), read_only(alternatives), unreachable, lacking, read_only(priority))
+
+    def _which_fiber(self, plane: FocalPlane, row: int, i: int) -> str:
+        """Which fiber the target in `row` names that positioner `i` does not carry."""
+        assert self.fiber is not None  # all carry the default fiber
+        carried = ", ".join(name for name in plane.fiber_offsets if plane.carries(name)[i])
+        return f"its target in {self.rows[row]} needs the fiber '{self.fiber[row]}', and it has {carried}"
 
     def _why_unreachable(self, plane: FocalPlane, row: int, who: np.ndarray, offset: np.ndarray) -> str:
         i = who[row]
@@ -219,7 +244,7 @@ class Targets:
         distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
         inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
         text = f"its target in {self.rows[row]} is {distance:.3f} mm from its base, reach {inner:.3f} to {outer:.3f} mm"
-        if plane.four_bar is not None:
+        if plane.kinematics.has_avoidance:
             return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
         if inner <= distance <= outer:
             text += ", but no elbow solution that is allowed lies within its joint ranges"
@@ -238,7 +263,8 @@ class Targets:
 
 def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
     """Raise a `TargetError` that names the targets out of reach, if there are any."""
-    texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in solution.unreachable.items()]
-    if texts:
-        more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-        raise TargetError(f"{source}: out of reach: {'; '.join(texts[:_SHOWN])}{more}")
+    for what, found in (("no such fiber", solution.lacking), ("out of reach", solution.unreachable)):
+        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items()]
+        if texts:
+            more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+            raise TargetError(f"{source}: {what}: {'; '.join(texts[:_SHOWN])}{more}")

@@ -8,6 +8,7 @@ arm; where a pair has none, one of its targets is drawn again. Source: the assig
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from fiberplan.arrays import number
 from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
@@ -37,6 +38,8 @@ def assignment_plan(
         TargetError: a count that is not from 1 to the number of online arms, a separation that is not a length, or no
             such plan found.
     """
+    separation = number(separation, "mm", "separation", TargetError)
+    margin = number(margin, "mm", "margin", TargetError)
     online = np.flatnonzero(plane.online)
     count = len(online) if count is None else count
     if not np.isfinite(plane.field_radius):

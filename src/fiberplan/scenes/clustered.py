@@ -8,7 +8,8 @@ numbers are chosen to make a crowded field, not measured on a survey.
 import numpy as np
 from scipy.spatial import KDTree
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import number, read_only
+from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.kernels.clearance import clearances
@@ -38,6 +39,7 @@ def clustered_targets(plane: FocalPlane, seed: int, margin: float = 0.0) -> Targ
     Raises:
         TargetError: no positioner reaches a target.
     """
+    margin = number(margin, "mm", "margin", ProblemError)
     rng = np.random.default_rng(seed)
     points = _thomas_process(plane, rng)
     priority = rng.choice(PRIORITIES, size=len(points), p=SHARES)

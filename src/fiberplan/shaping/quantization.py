@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiberplan.arrays import read_only
+from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
@@ -28,7 +28,7 @@ _LANDING = 1e-4  # [mm] a tick should end this much clearer than it must, or no 
 
 
 @dataclass(frozen=True, eq=False)
-class Quantized:
+class Quantized(Frozen):
     """What a motion became, and how well it follows the one it was made from."""
 
     levels: np.ndarray  #: (ticks, n, 2) what is sent to each joint in each tick
@@ -43,6 +43,9 @@ class Quantized:
     def bits_per_positioner(self) -> int:
         """Bits of levels that one positioner receives for the whole motion."""
         return 2 * self.bits * len(self.levels)
+
+    def __repr__(self) -> str:
+        return f"<Quantized: {self}>"
 
     def __str__(self) -> str:
         return (
@@ -71,6 +74,8 @@ def quantize(
         TrajectoryError: another number of positioners than the focal plane has, a number of bits, tick or margin that
             cannot be used.
     """
+    margin = number(margin, "mm", "quantize: margin", TrajectoryError)
+    tick = number(tick, "s", "quantize: tick", TrajectoryError)
     _refuse(trajectory, bits, plane, margin, tick)
     speed = plane.max_speed * UNDER_LIMIT
     turn = trajectory.end - trajectory.start
@@ -135,7 +140,7 @@ def _turns(trajectory: Trajectory) -> np.ndarray:
 
 def _stretch(trajectory: Trajectory, top: np.ndarray) -> float:
     """How many times as long the motion must take so that no joint exceeds its `top` speed (n, 2) [rad/s]."""
-    owner = np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets))
+    owner = trajectory.owner
     inside = owner[1:] == owner[:-1]
     spans = np.diff(trajectory.times)[inside]
     speeds = np.abs(np.diff(trajectory.angles, axis=0)[inside]) / spans[:, None]
@@ -212,6 +217,4 @@ def _trajectory(start: np.ndarray, levels: np.ndarray, unit: np.ndarray, tick: f
     owner = np.concatenate([np.arange(n), who])
     times = np.concatenate([np.zeros(n), (at + 1) * tick])
     angles = np.concatenate([start, start[who] + places[at, who] * unit[who]])
-    order = np.argsort(owner, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=n))])
-    return Trajectory(offsets, times[order], angles[order])
+    return Trajectory.from_knots(owner, times, angles, n)

@@ -1,4 +1,10 @@
-"""Bytes and text: files that appear whole, tables as people have them, FITS, Yanny and ESO parameter files.
+"""Bytes and text. No class of fiberplan is known here: columns with units and rows with their lines are handed up.
 
-Nothing here knows a class of fiberplan's; what is read is handed up as columns with units, rows with their lines.
+- `atomic`: files that appear whole or not at all
+- `contents`: the bytes of a file, read once and whole
+- `formats`: kinds of files, how each is told from others, and what reads it
+- `table_reader`: tables that people bring, with errors that name file, row, column and value
+- `fits_tables`: FITS tables in and out
+- `yanny`: the ``.par`` files of SDSS
+- `paf`: the parameter files of ESO
 """

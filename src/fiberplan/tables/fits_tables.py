@@ -5,6 +5,7 @@ an error, and what comes out is native and read-only.
 """
 
 import io
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +16,11 @@ from astropy.io import fits
 
 from fiberplan.arrays import read_only
 from fiberplan.errors import FiberplanError
-from fiberplan.tables.table_reader import check_file
+
+_WIDTHS = {"L": 1, "K": 8, "D": 8, "A": 1}  # bytes of one value, of the forms that `table_hdu` writes
+_FORM = re.compile(rf"(\d{{0,9}})([{''.join(_WIDTHS)}])")
+_CHANGING = re.compile(r"(TSCAL|TZERO|TNULL|TDIM)\d+|THEAP|ZIMAGE|ZTABLE")
+_MOST_FIELDS = 999  # of a FITS table
 
 
 def table_hdu(
@@ -35,41 +40,79 @@ def table_hdu(
     return fits.BinTableHDU.from_columns(made, name=name)
 
 
-def read_tables(path: Path, error: type[FiberplanError]) -> dict[str, Any]:
-    """Tables of a FITS file by name.
+def open_fits(content: bytes, path: Path, error: type[FiberplanError]) -> fits.HDUList:
+    """The HDUs of a FITS file that has been read; their data are not looked at yet.
 
     Raises:
-        error: no such file, not FITS, or truncated.
+        error: not FITS, truncated, or a header that cannot be parsed.
     """
-    with open_fits(path, error) as hdul:
-        return {hdu.name: hdu.data for hdu in hdul if isinstance(hdu, fits.BinTableHDU)}
-
-
-def open_fits(path: Path, error: type[FiberplanError]) -> fits.HDUList:
-    """A FITS file read into memory, every table checked to be all there.
-
-    Raises:
-        error: no such file, not FITS, or truncated.
-    """
-    check_file(path, error)
-    try:
-        content = path.read_bytes()
-    except OSError as problem:
-        raise error(f"{path}: cannot be read ({(problem.strerror or str(problem)).lower()})") from None
     if not content.startswith(b"SIMPLE  ="):
         raise error(f"{path}: is not a FITS file")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            hdul = fits.open(io.BytesIO(content), lazy_load_hdus=False, memmap=False, character_as_bytes=True)
+            hdul = fits.open(
+                io.BytesIO(content),
+                lazy_load_hdus=False,
+                memmap=False,
+                character_as_bytes=True,
+                disable_image_compression=True,
+            )
             end = max(hdu.fileinfo()["datLoc"] + hdu.fileinfo()["datSpan"] for hdu in hdul)
             if end != len(content):
                 raise OSError("the data end early")  # astropy only warns of it, and drops a table whose header is cut
             for hdu in hdul:
-                _ = hdu.data
+                _ = [card.value for card in hdu.header.cards]  # which are parsed only now
     except Exception:  # astropy raises what it likes on a damaged file
         raise error(f"{path}: the FITS file is truncated or damaged") from None
     return hdul
+
+
+def table_data(hdul: fits.HDUList, path: Path, error: type[FiberplanError]) -> dict[str, Any]:
+    """The tables of a file that fiberplan wrote, by name.
+
+    Nothing else may be in it: above all no keyword that makes other values of the bytes than `table_hdu` wrote.
+
+    Raises:
+        error: an HDU that is no such table; it is named.
+    """
+    tables: dict[str, Any] = {}
+    for number, hdu in enumerate(hdul[1:], 1):
+        name = str(hdu.name) or f"number {number}"
+        if not isinstance(hdu, fits.BinTableHDU):
+            raise error(f"{path}: HDU {name} is no table: not written by fiberplan")
+        if name in tables:
+            raise error(f"{path}: table {name} is there twice")
+        if complaint := _layout_complaint(hdu.header):
+            raise error(f"{path}: table {name}: {complaint}: not written by fiberplan")
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                tables[name] = hdu.data
+        except Exception:
+            raise error(f"{path}: the FITS file is truncated or damaged") from None
+    return tables
+
+
+def _layout_complaint(header: fits.Header) -> str | None:
+    """What in a table's header is not as `table_hdu` writes it; sizes are held against the file's by `open_fits`."""
+    fields = header.get("TFIELDS")
+    if type(fields) is not int or not 0 <= fields <= _MOST_FIELDS:
+        return f"TFIELDS is {fields}"
+    width = 0
+    for k in range(1, fields + 1):
+        form = _FORM.fullmatch(str(header.get(f"TFORM{k}")))
+        if form is None:
+            return f"TFORM{k} is {header.get(f'TFORM{k}')}"
+        width += int(form[1] or 1) * _WIDTHS[form[2]]
+    expected = {"BITPIX": 8, "NAXIS": 2, "NAXIS1": width, "PCOUNT": 0, "GCOUNT": 1}
+    for key, value in expected.items():
+        if type(header.get(key)) is not int or header[key] != value:
+            return f"{key} is {header.get(key)}, expected {value}"
+    if not width and header["NAXIS2"]:
+        return "its rows have no bytes"
+    changing = next((key for key in header if _CHANGING.fullmatch(key)), None)
+    return f"{changing} changes its values" if changing else None
 
 
 def pick(tables: Mapping[str, Any], name: str, error: type[FiberplanError]) -> Any:

@@ -6,6 +6,7 @@ comment lines above them (``# x: mm``); rows are counted as lines of the file wh
 
 import csv
 import difflib
+import io
 import os
 import re
 import warnings
@@ -21,8 +22,10 @@ from astropy.table.column import Column
 
 from fiberplan.arrays import read_only
 from fiberplan.errors import FiberplanError
+from fiberplan.tables.contents import read_whole
 
-_KINDS = {"mm": "a length", "rad": "an angle"}
+_KINDS = {"mm": "a length", "rad": "an angle", "rad/s": "a speed of rotation"}
+_FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _HEADING = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*$")  # x [mm]
 _COMMENT = re.compile(r"#\s*([^:]+?)\s*:\s*(\S.*?)\s*$")  # # x: mm
 
@@ -86,6 +89,20 @@ class InputTable:
         factor = self._factor(name, unit, default or unit)
         return read_only(np.where(np.isnan(values), np.nan if blank is None else blank, values * factor))
 
+    def flags(self, name: str, blank: bool | None = None) -> np.ndarray:
+        """Cells that say true or false (also yes, no, 1, 0) as booleans (m,).
+
+        Args:
+            name: of a column that exists.
+            blank: what an empty cell means; None refuses it.
+        """
+        values = np.empty(len(self), bool)
+        for row, cell in enumerate(self.texts(name, None if blank is None else str(blank))):
+            if cell.lower() not in _FLAGS:
+                raise self.fail(row, f"{name} is '{cell}', neither true nor false")
+            values[row] = _FLAGS[cell.lower()]
+        return read_only(values, bool)
+
     def _parse(self, name: str) -> np.ndarray:
         cells = self.columns[name]
         if isinstance(cells, np.ndarray) and cells.dtype.kind in "fiub":
@@ -117,43 +134,44 @@ class InputTable:
             raise self.error(f"{self.source}: column '{name}': unit '{given}' is not {_KINDS[unit]}") from None
 
 
-def read_table(path: str | os.PathLike, error: type[FiberplanError]) -> InputTable:
+def read_table(
+    path: str | os.PathLike,
+    error: type[FiberplanError],
+    content: bytes | None = None,
+    allow_empty: bool = False,
+) -> InputTable:
     """Read a table in any format that astropy knows.
+
+    Args:
+        path: of the file; its ending says the format.
+        error: what to raise.
+        content: of the file, where it has been read already.
+        allow_empty: a table of headings only is one.
 
     Raises:
         error: no such file, not a table, truncated, or without rows.
     """
     path = Path(path)
-    check_file(path, error)
-    table = _read_csv(path, error) if path.suffix.lower() == ".csv" else _read_any(path, error)
-    if not len(table):
+    content = read_whole(path, error) if content is None else content
+    table = (_read_csv if path.suffix.lower() == ".csv" else _read_any)(path, content, error)
+    if not len(table) and not allow_empty:
         raise error(f"{path}: the table has no rows")
     return table
 
 
-def check_file(path: Path, error: type[FiberplanError]) -> None:
-    """Refuse what is not a file that can be read."""
-    if path.is_dir():
-        raise error(f"{path}: is a folder, expected a file")
-    if not path.exists():
-        raise error(f"{path}: no such file")
-
-
-def read_text(path: Path, error: type[FiberplanError]) -> list[str]:
-    """Lines of a text file."""
-    check_file(path, error)
+def read_text(path: Path, error: type[FiberplanError], content: bytes | None = None) -> list[str]:
+    """Lines of a text file, of which `content` may have been read already."""
     try:
-        return path.read_text(encoding="utf-8-sig").splitlines()
+        return (read_whole(path, error) if content is None else content).decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise error(f"{path}: is not a text file") from None
-    except OSError as problem:
-        raise error(f"{path}: cannot be read ({(problem.strerror or str(problem)).lower()})") from None
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A question that suggests the closest known name, or nothing if none is close."""
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
-    return f"; did you mean '{close[0]}'?" if close else ""
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str:
+    """A question that suggests the closest known name, whatever its case, or nothing if none is close."""
+    lower = {other.lower(): other for other in known}
+    close = difflib.get_close_matches(name.lower(), list(lower), n=1, cutoff=cutoff)
+    return f"; did you mean '{lower[close[0]]}'?" if close else ""
 
 
 def one_line(text: object) -> str:
@@ -162,9 +180,9 @@ def one_line(text: object) -> str:
     return lines[0][:200] if lines else type(text).__name__
 
 
-def _read_csv(path: Path, error: type[FiberplanError]) -> InputTable:
+def _read_csv(path: Path, content: bytes, error: type[FiberplanError]) -> InputTable:
     """A CSV file as text, so that errors can quote it."""
-    numbered = [(k, line) for k, line in enumerate(read_text(path, error), 1) if line.strip()]
+    numbered = [(k, line) for k, line in enumerate(read_text(path, error, content), 1) if line.strip()]
     comments = [line.strip() for _, line in numbered if line.lstrip().startswith("#")]
     lines = [(k, line) for k, line in numbered if not line.lstrip().startswith("#")]
     if not lines:
@@ -188,7 +206,7 @@ def _read_csv(path: Path, error: type[FiberplanError]) -> InputTable:
     return InputTable(str(path), columns, units, tuple(f"line {number}" for number, _ in lines[1:]), error)
 
 
-def _read_any(path: Path, error: type[FiberplanError]) -> InputTable:
+def _read_any(path: Path, content: bytes, error: type[FiberplanError]) -> InputTable:
     """Any other table, by astropy."""
     options: dict[str, dict[str, Any]] = {
         ".ecsv": {"format": "ascii.ecsv"},
@@ -199,7 +217,8 @@ def _read_any(path: Path, error: type[FiberplanError]) -> InputTable:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            table = Table.read(path, **options.get(path.suffix.lower(), {}))
+            known = options.get(path.suffix.lower())
+            table = Table.read(io.BytesIO(content), **known) if known else Table.read(path)
         except Exception as problem:  # each of astropy's readers raises what it likes
             raise error(f"{path}: cannot be read as a table ({one_line(problem)})") from None
     if any("truncated" in str(warning.message) for warning in caught):
@@ -207,15 +226,15 @@ def _read_any(path: Path, error: type[FiberplanError]) -> InputTable:
     names = [name for name in table.colnames if isinstance(table[name], Column | u.Quantity)]  # not sky coordinates
     columns = {name: np.ma.asarray(table[name].value) for name in names}
     units = {name: str(table[name].unit) for name in names if table[name].unit is not None}
-    rows = _line_labels(path, len(table)) or tuple(f"row {k + 1}" for k in range(len(table)))
+    rows = _line_labels(path, content, len(table)) or tuple(f"row {k + 1}" for k in range(len(table)))
     return InputTable(str(path), columns, units, rows, error)
 
 
-def _line_labels(path: Path, count: int) -> tuple[str, ...]:
+def _line_labels(path: Path, content: bytes, count: int) -> tuple[str, ...]:
     """Lines of an ECSV file that hold its rows; none where that cannot be told."""
     if path.suffix.lower() != ".ecsv":
         return ()
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = content.decode("utf-8").splitlines()
     holding = [k for k, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     return tuple(f"line {k}" for k in holding[1:]) if len(holding) == count + 1 else ()
 

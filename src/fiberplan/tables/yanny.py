@@ -16,13 +16,13 @@ _FIELD = re.compile(r"\w+\s+(\w+)\s*(?:\[[^\]]*\]\s*)*;")
 _TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|\{([^}]*)\}|(\S+)')
 
 
-def read_yanny(path: Path, struct: str, error: type[FiberplanError]) -> InputTable:
-    """The rows of one struct.
+def read_yanny(path: Path, struct: str, error: type[FiberplanError], content: bytes | None = None) -> InputTable:
+    """The rows of one struct of a file, of which `content` may have been read already.
 
     Raises:
         error: no such file or struct, or a row with too few or too many values (its line is named).
     """
-    lines = read_text(path, error)
+    lines = read_text(path, error, content)
     bare = "\n".join("" if line.lstrip().startswith("#") else line for line in lines)
     fields = next(
         (_FIELD.findall(body) for body, name in _TYPEDEF.findall(bare) if name.upper() == struct.upper()), None

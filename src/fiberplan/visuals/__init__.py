@@ -1,6 +1,8 @@
-"""Pictures of plans: one self-contained HTML page (`show`); still figures are in `fiberplan.visuals.figures`.
+"""Pictures of plans; nothing here knows a kernel or a planner.
 
-Figures need matplotlib, which takes a while to import, so that module is loaded by whoever draws.
+- `page`, `page_data`, ``assets/``: one self-contained HTML page (`show`)
+- `figures`: still pictures; they need matplotlib, which is slow to import, so callers import that module themselves
+- `style`: colours and shapes that the page and the pictures share
 """
 
 from fiberplan.visuals.page import show

@@ -19,7 +19,8 @@ from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.bodies import Body, convex_pieces
+from fiberplan.focal_plane.bodies import Body
+from fiberplan.focal_plane.outlines import convex_pieces
 from fiberplan.plan import Outcome, Plan
 from fiberplan.tables.atomic import write_whole
 from fiberplan.visuals import style
@@ -95,15 +96,9 @@ def draw_configuration(ax: Axes, plane: FocalPlane, angles: np.ndarray, outcomes
     for obstacle in plane.obstacles:
         pieces = [rounded(piece, obstacle.radius) for piece in convex_pieces(obstacle.points, obstacle.closed)]
         ax.add_collection(PolyCollection(pieces, facecolor=style.OBSTACLE.light, edgecolor="none", zorder=1))
-    elbows = plane.elbows(angles)
-    links = np.stack([plane.base, elbows], axis=1)
-    ax.add_collection(LineCollection(list(links), colors=style.MUTED.light, linewidths=0.8, zorder=2))
+    for links in plane.kinematics.skeleton(plane, angles):
+        ax.add_collection(LineCollection(list(links), colors=style.MUTED.light, linewidths=0.8, zorder=2))
     colours = np.array([style.OUTCOMES[outcome].light for outcome in outcomes])
-    if plane.four_bar is not None:
-        pivot, turn = plane.four_bar.rockers(plane.base, angles, plane.zero)
-        ends = pivot + plane.four_bar.rocker[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        rockers = list(np.stack([pivot, ends], axis=1))
-        ax.add_collection(LineCollection(rockers, colors=style.MUTED.light, linewidths=0.8, zorder=2))
     for body in sorted(plane.bodies, key=lambda body: body.link == "beta"):
         where, shapes = _placed(plane, body, angles)
         faces = colours[where] if body.link == "beta" else style.LINE.light
@@ -127,12 +122,7 @@ def rounded(piece: np.ndarray, radius: float) -> np.ndarray:
 
 def _placed(plane: FocalPlane, body: Body, angles: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
     """Outlines of a body on every positioner, in focal-plane coordinates, and whose they are."""
-    first, second = plane.links(angles)
-    turns = {"base": np.zeros(plane.n), "alpha": first, "beta": second}
-    origins = {"base": plane.base, "alpha": plane.base, "beta": plane.elbows(angles)}
-    if plane.four_bar is not None:
-        origins["rocker"], turns["rocker"] = plane.four_bar.rockers(plane.base, angles, plane.zero)
-    turn, origin = turns[body.link], origins[body.link]
+    origin, turn = plane.kinematics.frames(plane, angles)[body.link]
     radius = np.broadcast_to(body.radius, plane.n)
     alike = body.points.ndim == 2 and np.ndim(body.radius) == 0
     shared = [rounded(piece, radius[0]) for piece in body.pieces(0)] if alike else None

@@ -12,6 +12,7 @@ import numpy as np
 from fiberplan.certificates import Certificate, Contact
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import LINKS
+from fiberplan.focal_plane.four_bar import FourBar
 from fiberplan.plan import Plan
 from fiberplan.plan.diagnosis import Diagnosis, Reversals, Slow, diagnose
 from fiberplan.visuals import style
@@ -143,8 +144,8 @@ def _zones(plan: Plan) -> list[str]:
 
 def _bars(plane: FocalPlane) -> dict[str, str]:
     """What the page needs to draw four-bar arms: J2 x, y, rocker and orientation of each, and its slider's range."""
-    bar = plane.four_bar
-    if bar is None:
+    bar = plane.kinematics
+    if not isinstance(bar, FourBar):
         return {}
     pivot, _ = bar.rockers(plane.base, plane.folded, plane.zero)
     bars = np.column_stack([pivot, bar.rocker, bar.orientation])

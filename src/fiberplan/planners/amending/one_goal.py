@@ -90,9 +90,9 @@ def _with(
 def _index(plane: FocalPlane, positioner: int | str) -> int:
     """The index of a positioner that can move."""
     if isinstance(positioner, str):
-        if positioner not in plane.index:
+        if positioner not in plane.names:
             raise ProblemError(f"amend: {plane.name} has no positioner '{positioner}'")
-        i = plane.index[positioner]
+        i = plane.names[positioner]
     elif isinstance(positioner, int | np.integer) and not isinstance(positioner, bool):
         i = int(positioner)
         if not 0 <= i < plane.n:

@@ -10,12 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.arrays import read_only
 from fiberplan.certificates import verify
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.kernels.neighbours import NEAR, neighbour_lists
 from fiberplan.motion import Trajectory
-from fiberplan.planners.amending.subarray import part_of_motion, patch_around, sampled, with_part
+from fiberplan.planners.amending.subarray import patch_around, with_part
 from fiberplan.planners.direct.contacts import contacts_of_all
 from fiberplan.planners.direct.lattice import Lattice, longest_step, make_lattice
 from fiberplan.planners.direct.repair import (
@@ -110,14 +108,13 @@ class _Attempt:
         steps = max(1, int(np.ceil(horizon / longest - 1e-9)))
         self._duration = horizon / steps
         steps += int(added * steps)
-        self._before = part_of_motion(motion, patch.who)
+        self._before = motion.select(patch.who)
         self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps)
-        self._lattice.path[: plane.n] = sampled(self._before, self._duration * np.arange(steps + 1))
+        self._lattice.path[: plane.n] = self._before.sampled(self._duration * np.arange(steps + 1))
         self._as_before = self._lattice.path.copy()
         self._together = together
-        self._pairs = plane.arm_pairs_within(problem.margin + NEAR_MARGIN)
-        offsets, near = neighbour_lists(len(plane.arms.arm), self._pairs)
-        self._near = Neighbourhood(len(self._pairs), read_only(offsets, np.int64), read_only(near, NEAR))
+        self._near = Neighbourhood.of(plane, problem.margin)
+        self._pairs = self._near.pairs
         self._search: Search = make_search(plane.n, len(self._pairs), self._limit, seed)
         able = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
         self._search.weight[:] = np.where(able[self._pairs].all(axis=1), _CLOSE, _SHUT)
@@ -152,7 +149,7 @@ class _Attempt:
             failed = self._failed(motion)
             if not len(failed):
                 moved = patch.who[changed]
-                part = part_of_motion(motion, np.array(changed, np.int64))
+                part = motion.select(np.array(changed, np.int64))
                 return with_part(self._motion, moved, part), tuple(int(i) for i in moved)
             search.limits[failed] += _INFLATION
             search.contacts[failed] = 1
@@ -167,16 +164,15 @@ class _Attempt:
     def _failed(self, motion: Trajectory) -> np.ndarray:
         """Pairs with a free positioner that are not proven safe."""
         certificate = verify(self._patch.plane, motion, self._margin)
-        n, fixed = self._patch.plane.n, self._lattice.fixed
-        pairs = {(c.pair[0], c.pair[1] if c.pair[1] >= 0 else n - 1 - c.pair[1]) for c in certificate.contacts}
-        pairs |= {(c.pair[0], c.pair[1] if c.pair[1] >= 0 else n - 1 - c.pair[1]) for c in certificate.undecided}
+        fixed, arm = self._lattice.fixed, self._patch.plane.arm
+        pairs = {(c.pair[0], arm(c.pair[1])) for c in (*certificate.contacts, *certificate.undecided)}
         failed = [tuple(pair) in pairs and not (fixed[pair[0]] and fixed[pair[1]]) for pair in self._pairs.tolist()]
         return np.flatnonzero(failed)
 
     def in_contact_with(self, who: list[int]) -> tuple[int, ...]:
         """Whom the positioners `who` touched last, themselves left out; obstacle k is -1 - k."""
-        n, found = self._patch.plane.n, []
+        found: list[int] = []
         for i, j in self._pairs[self._search.contacts > 0].tolist():
-            arms = [self._patch.whole(arm if arm < n else n - 1 - arm) for arm in (i, j)]
+            arms = [self._patch.whole(self._patch.plane.public(arm)) for arm in (i, j)]
             found += [b for a, b in (arms, arms[::-1]) if a in who]
         return tuple(sorted(set(found)))

@@ -4,16 +4,12 @@ What happens there is settled at a cost that does not grow with the array, by th
 of it.
 """
 
-import dataclasses
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory
-
-_Thing = TypeVar("_Thing", Body, Obstacle)
 
 
 class Patch(NamedTuple):
@@ -38,67 +34,12 @@ def patch_around(plane: FocalPlane, inner: np.ndarray, gap: float) -> Patch:
     beside = plane.obstacle_pairs_within(gap)
     obstacles = np.unique(beside[np.isin(beside[:, 0], inner), 1])
     who = np.flatnonzero(inside)
-    return Patch(part_of(plane, who, obstacles), who, obstacles)
-
-
-def part_of(plane: FocalPlane, who: np.ndarray, obstacles: np.ndarray) -> FocalPlane:
-    """The focal plane of the positioners `who` (k,) and the `obstacles` (m,) alone."""
-    fields = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
-    bodies = [_of(body, who) for body in plane.bodies]
-    fixed = [plane.obstacles[k] for k in obstacles]
-    there = {thing.category for thing in (*bodies, *fixed)}
-    return plane.replace(
-        ids=tuple(plane.ids[i] for i in who),
-        fiber_offsets={name: offset[who] for name, offset in plane.fiber_offsets.items()},
-        bodies=tuple(_meeting(body, there) for body in bodies),
-        obstacles=tuple(_meeting(obstacle, there) for obstacle in fixed),
-        **{name: getattr(plane, name)[who] for name in fields},
-    )
-
-
-def _of(body: Body, who: np.ndarray) -> Body:
-    """A body as the positioners `who` have it."""
-    own_points, own_radius = body.points.ndim == 3, np.ndim(body.radius) == 1
-    if not (own_points or own_radius):
-        return body
-    return dataclasses.replace(
-        body,
-        points=body.points[who] if own_points else body.points,
-        radius=np.asarray(body.radius)[who] if own_radius else body.radius,
-    )
-
-
-def _meeting(thing: _Thing, there: set[str]) -> _Thing:
-    """A body or obstacle that meets only categories which are `there`, since a focal plane refuses to name others."""
-    if thing.meets is None or there.issuperset(thing.meets):
-        return thing
-    return dataclasses.replace(thing, meets=tuple(name for name in thing.meets if name in there))
-
-
-def part_of_motion(motion: Trajectory, who: np.ndarray) -> Trajectory:
-    """The motion of the positioners `who` (k,) alone."""
-    counts = np.diff(motion.offsets)[who]
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    rows = np.arange(offsets[-1]) + np.repeat(motion.offsets[who] - offsets[:-1], counts)
-    return Trajectory(offsets, motion.times[rows], motion.angles[rows])
+    return Patch(plane.subset(who, obstacles), who, obstacles)
 
 
 def with_part(motion: Trajectory, who: np.ndarray, part: Trajectory) -> Trajectory:
     """`motion` in which the positioners `who` (k,) move as in `part`; the knots of all others are as they were."""
-    owner = np.repeat(np.arange(motion.n), np.diff(motion.offsets))
-    kept = ~np.isin(owner, who)
-    owner = np.concatenate([owner[kept], np.repeat(who, np.diff(part.offsets))])
-    order = np.argsort(owner, kind="stable")
+    kept = ~np.isin(motion.owner, who)
+    owner = np.concatenate([motion.owner[kept], who[part.owner]])
     times, angles = np.concatenate([motion.times[kept], part.times]), np.concatenate([motion.angles[kept], part.angles])
-    offsets = np.searchsorted(owner[order], np.arange(motion.n + 1))
-    return Trajectory(offsets, times[order], angles[order])
-
-
-def sampled(motion: Trajectory, times: np.ndarray) -> np.ndarray:
-    """Where everybody is (n, len(times), 2) [rad] at `times` [s]."""
-    out = np.empty((motion.n, len(times), 2))
-    for i in range(motion.n):
-        own = slice(motion.offsets[i], motion.offsets[i + 1])
-        for joint in (0, 1):
-            out[i, :, joint] = np.interp(times, motion.times[own], motion.angles[own, joint])
-    return out
+    return Trajectory.from_knots(owner, times, angles, motion.n)

@@ -13,15 +13,16 @@ from time import monotonic, process_time
 import numpy as np
 
 from fiberplan.certificates import proven_unreachable
-from fiberplan.errors import ProblemError
+from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
 from fiberplan.tolerances import UNDER_LIMIT
@@ -30,6 +31,7 @@ _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
 
 
+@PLANNERS.register("direct")
 @dataclass(frozen=True)
 class Direct:
     """Field to field by local search with soft conflicts, joint moves of pairs, and the fold hub as fallback (ours).
@@ -47,6 +49,7 @@ class Direct:
     reference = "ours; soft conflicts after MAPF-LNS2 (Li et al., AAAI 2022), breakout weights (Morris, AAAI 1993)"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
         for label, unit in (("max_time", " s"), ("budget", ""), ("turn", " rad")):
             value = getattr(self, label)
             if value is not None and not (np.isfinite(value) and value > 0):
@@ -83,7 +86,9 @@ class Direct:
         try:
             search.begin()
             solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Exception) as error:
+            if not interrupted(error):
+                raise
             solved = False
         searched = process_time()
         if not solved:

@@ -28,7 +28,7 @@ from fiberplan.planners.direct.repair import (
 from fiberplan.planners.direct.untangle import cluster_around, untangled
 from fiberplan.problem import Problem
 from fiberplan.problem.least_cover import least_cover
-from fiberplan.tolerances import NEAR, SLACK, UNDER_LIMIT
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _CHUNK = 100  # replans between looks at the clock
 _PATIENCE = 400  # replans without a growing number of steps, and
@@ -54,7 +54,7 @@ class DirectSearch:
     ):
         plane = problem.plane
         self.problem, self.plane, self.near, self._arms = problem, plane, near, plane.arms
-        self.pairs = plane.arm_pairs_within(problem.margin + NEAR)
+        self.pairs = near.pairs
         self.goal = goal.copy()
         self.limit = problem.margin + SLACK
         self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms in its way
@@ -100,7 +100,7 @@ class DirectSearch:
         who = np.flatnonzero(beside[: self.plane.n] & self.plane.online & ~np.isnan(self.goal[:, 0]))
         needs = needed_past_fixed(*kernel_arguments, who, self._scratch, self.limit, self._most_steps)
         for i in who[(needs < 0) | (needs > self._most_steps)]:
-            fixed_near = [int(j) for j in self._neighbours(i) if self.lattice.fixed[j]]
+            fixed_near = [int(j) for j in self.near.around(i) if self.lattice.fixed[j]]
             self._give_up(int(i), tuple(fixed_near))
         possible = np.where(needs <= self._most_steps, needs, 0)
         if possible.max(initial=0) > self.steps:
@@ -108,9 +108,6 @@ class DirectSearch:
             self._lengthen(self.need_past_fixed)
         place_each(self._arms, nobody, self.lattice, self.search, self._scratch, online, self.steps)
         self._look_everywhere()
-
-    def _neighbours(self, i: int) -> np.ndarray:
-        return self.near.near["arm"][self.near.offsets[i] : self.near.offsets[i + 1]]
 
     def _look_everywhere(self) -> None:
         contacts_of_all(self._arms, self.lattice, self.pairs, self.limit, self.steps, self.search.contacts)

@@ -7,10 +7,8 @@ a way around it.
 
 import numpy as np
 
-from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.kernels.neighbours import NEAR, neighbour_lists
 from fiberplan.planners.direct.lattice import Lattice
 from fiberplan.planners.direct.repair import Search
 from fiberplan.planners.shared.rrt_connect import joint_path
@@ -61,8 +59,7 @@ def untangled(
     inside[members] = True
     seen = inside | lattice.fixed
     kept = pairs[(inside[pairs[:, 0]] & seen[pairs[:, 1]]) | (inside[pairs[:, 1]] & seen[pairs[:, 0]])]
-    offsets, near = neighbour_lists(len(lattice.fixed), read_only(kept, np.int64))
-    alone = Neighbourhood(len(kept), read_only(offsets, np.int64), read_only(near, NEAR))
+    alone = Neighbourhood.from_pairs(len(lattice.fixed), kept)
     standing = np.array(lattice.path[: plane.n, 0])
     best = None
     for draw in range(_DRAWS):

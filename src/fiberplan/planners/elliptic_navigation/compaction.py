@@ -32,7 +32,7 @@ def closed_up(motion: Trajectory, dt: float, blocks: Iterable[Block], near: Neig
         near: everyone that could touch.
     """
     n = motion.n
-    owner = np.repeat(np.arange(n), np.diff(motion.offsets))
+    owner = motion.owner
     old = np.rint(motion.times / dt).astype(np.int64)
     new, in_block = old.copy(), np.zeros(len(old), bool)
     moved = []
@@ -44,11 +44,8 @@ def closed_up(motion: Trajectory, dt: float, blocks: Iterable[Block], near: Neig
     ready = np.zeros(n, np.int64)  # when each came to rest
     np.maximum.at(ready, owner[~in_block], old[~in_block])
     for block, knots in moved:
-        around = [near.near[near.offsets[i] : near.offsets[i + 1]]["arm"] for i in block.members]
+        around = [near.around(i) for i in block.members]
         who = np.unique(np.concatenate([block.members, *around]))
         new[knots] += ready[who[who < n]].max() - block.begin
         np.maximum.at(ready, owner[knots], new[knots])
-    keep = np.ones(len(new), bool)
-    keep[1:] = (owner[1:] != owner[:-1]) | (new[1:] > new[:-1])  # it went on at once
-    counts = np.bincount(owner[keep], minlength=n)
-    return Trajectory(np.concatenate([[0], np.cumsum(counts)]), new[keep] * dt, motion.angles[keep])
+    return Trajectory.from_knots(owner, new * dt, motion.angles, n)

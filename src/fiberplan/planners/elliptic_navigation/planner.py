@@ -17,8 +17,9 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.elliptic_navigation.field import Field
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
 from fiberplan.tolerances import EQUALITY
@@ -26,6 +27,7 @@ from fiberplan.tolerances import EQUALITY
 RELIEFS = ("layers", "none")
 
 
+@PLANNERS.register("elliptic-navigation-function")
 @dataclass(frozen=True)
 class EllipticNavigationFunction:
     """Makarem2016's field, made safe between steps, and Tao2018's idea of relief.
@@ -53,6 +55,7 @@ class EllipticNavigationFunction:
     reference = "Makarem2016; relief after Tao2018"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
         units = {"influence": "mm", "near": "s", "calm": "s", "dt": "s", "patience": "s", "max_time": "s"}
         for label in ("lambda1", "lambda2", "lambda3", *units):
             value = getattr(self, label)
@@ -137,7 +140,7 @@ class EllipticNavigationFunction:
         lost = np.array([i for i, outcome in enumerate(outcomes) if outcome is Outcome.DEADLOCKED], np.int64)
         for i, arm in zip(lost.tolist(), drive.in_the_way(lost).tolist(), strict=True):
             if arm >= 0:
-                blockers[i] = (arm if arm < problem.n else problem.n - 1 - arm,)
+                blockers[i] = (problem.plane.public(arm),)
         return all_blockers(problem, blockers)
 
     def _notes(self, problem: Problem, alone: int, arrived: int, nowhere: np.ndarray) -> list[str]:

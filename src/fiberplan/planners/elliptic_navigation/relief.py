@@ -64,7 +64,7 @@ class Relief:
 
     def _neighbours(self, i: int) -> np.ndarray:
         """Positioners that arm `i` could touch."""
-        who = self._near.near[self._near.offsets[i] : self._near.offsets[i + 1]]["arm"]
+        who = self._near.around(i)
         return who[who < len(self._goal)]
 
     def begin(self, scene: Scene, stalled: np.ndarray, there: np.ndarray) -> bool:

@@ -16,7 +16,6 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.compile import kernel
 from fiberplan.motion import Trajectory
 from fiberplan.planners.greedy_fold.walker import Walker
-from fiberplan.planners.shared.clusters import neighbours
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.planners.shared.straighten import as_knots, clear_of
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
@@ -121,7 +120,7 @@ class JointRelief:
 
     def _around(self, members: list[int]) -> set[int]:
         """The members and all positioners next to them."""
-        near = {int(j) for i in members for j in neighbours(self._near, i) if j < self._plane.n}
+        near = {int(j) for i in members for j in self._near.around(i) if j < self._plane.n}
         return near | set(members)
 
     def _free(self, group: list[int]) -> bool:
@@ -196,7 +195,7 @@ class JointRelief:
         if self._given_up:
             at_rest = np.zeros(self._plane.n, bool)
             at_rest[self._given_up] = True
-            owner = np.repeat(np.arange(self._plane.n), np.diff(walked.offsets))
+            owner = walked.owner
             angles = np.where(at_rest[owner][:, None], self._plane.folded[owner], walked.angles)
             walked = Trajectory(walked.offsets, walked.times, read_only(angles))
             self._stood[self._given_up] = self._plane.folded[self._given_up]
@@ -205,14 +204,10 @@ class JointRelief:
 
 def _together(angles: np.ndarray, ways: list[tuple[Way, float]]) -> Trajectory:
     """One motion of everyone: each way from its beginning [s] on, the others at rest."""
-    times = [[np.zeros(1)] for _ in angles]
-    knots = [[pose[None]] for pose in angles]
+    owner, times, knots = [np.arange(len(angles))], [np.zeros(len(angles))], [angles]
     for way, begin in ways:
         for k, i in enumerate(way.members):
-            first = 0 if begin > times[i][-1][-1] else 1  # there may be a knot at its beginning already
-            if len(way.times) > first:
-                times[i].append(begin + way.times[first:])
-                knots[i].append(way.angles[first:, k])
-    offsets = np.concatenate([[0], np.cumsum([sum(len(part) for part in parts) for parts in times])])
-    flat_times = np.concatenate([part for parts in times for part in parts])
-    return Trajectory(offsets, flat_times, np.concatenate([part for parts in knots for part in parts]))
+            owner.append(np.full(len(way.times), i))
+            times.append(begin + way.times)
+            knots.append(way.angles[:, k])
+    return Trajectory.from_knots(np.concatenate(owner), np.concatenate(times), np.concatenate(knots), len(angles))

@@ -13,10 +13,9 @@ from fiberplan.kernels.clearance import clearance
 from fiberplan.plan import Outcome
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.greedy_fold.joint_relief import Fold
-from fiberplan.planners.shared.clusters import clusters, neighbours
+from fiberplan.planners.shared.clusters import clusters
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
-from fiberplan.scenes.uniform import random_configuration
 from fiberplan.tolerances import EQUALITY
 
 _REPLACEMENTS = 10  # targets tried for one positioner before it is held
@@ -59,7 +58,7 @@ class Losses:
         others = np.flatnonzero(self.movable & ~np.isnan(known[:, 0]))
         goals = plane.with_obstacles(known)
         for i in map(int, others):
-            on = [int(j) for j in np.intersect1d(neighbours(self._near, i), held)]
+            on = [int(j) for j in np.intersect1d(self._near.around(i), held)]
             touched = [j for j in on if not self._clear_of(i, j, goals)]
             if touched:
                 self._dropped.setdefault(i, tuple(touched))
@@ -79,11 +78,6 @@ class Losses:
             self._given_up.setdefault(i, blockers)
         self._lose_goal(i)
         self.movable[i] = False
-
-    def _public(self, arm: int) -> int:
-        """An arm as the outside knows it: obstacle k is -1 - k."""
-        n = self._problem.n
-        return arm if arm < n else n - 1 - arm
 
     def give_up(self, out: Fold, back: Fold) -> None:
         """Give up one positioner of every cluster of stuck ones: the one of least priority."""
@@ -107,7 +101,7 @@ class Losses:
             self._lose_goal(i)
 
     def _blockers_of(self, fold: Fold, i: int) -> tuple[int, ...]:
-        return (self._public(fold.blockers[i]),) if i in fold.blockers else ()
+        return (self._problem.plane.public(fold.blockers[i]),) if i in fold.blockers else ()
 
     def replace_target(self, i: int, blockers: dict[int, int], rng: np.random.Generator) -> None:
         """Give positioner `i` another, random target (its own is lost).
@@ -120,10 +114,10 @@ class Losses:
             self._hold(i, ())
             return
         by = blockers.get(i)
-        self._given_up.setdefault(i, () if by is None else (self._public(by),))
+        self._given_up.setdefault(i, () if by is None else (self._problem.plane.public(by),))
         self._goal[i] = np.nan
         end = plane.with_obstacles(self.end())
-        draws = random_configuration(plane, rng, np.full(_DRAWS, i))
+        draws = plane.kinematics.random(plane, rng, np.full(_DRAWS, i))
         for alpha, beta in draws:
             if clearance_around(plane.arms, self._near, end, i, alpha, beta) >= self._limit + EQUALITY:
                 self._goal[i] = alpha, beta

@@ -16,11 +16,13 @@ from fiberplan.plan import Plan
 from fiberplan.planners.greedy_fold.fold import RELIEFS, fold
 from fiberplan.planners.greedy_fold.joint_relief import Fold
 from fiberplan.planners.greedy_fold.losses import Losses
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
 
 
+@PLANNERS.register("greedy-fold")
 @dataclass(frozen=True)
 class GreedyFold:
     """Sayres2021's greedy fold, made safe: moves are tested over the whole step and against simultaneous moves.
@@ -41,6 +43,7 @@ class GreedyFold:
     reference = "Sayres2021, section 3"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
         for label in ("step", "max_travel"):
             value = getattr(self, label)
             if not (np.isfinite(value) and value > 0):

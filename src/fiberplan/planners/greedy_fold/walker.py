@@ -66,7 +66,7 @@ class Walker:
             state=state,
             frames=np.empty((len(state), 8)),
             near=near.near,
-            known=np.full(near.pairs, -np.inf),
+            known=np.full(len(near.pairs), -np.inf),
             active=np.concatenate([walking, np.zeros(n - len(walking), np.int64)]),
             knots=np.empty(16 * n + 16, KNOT),
             counters=np.array([0, len(walking), 0, 0]),
@@ -125,9 +125,4 @@ class Walker:
         owner = np.concatenate([np.arange(n), knots["owner"], np.arange(n)])
         loop = np.concatenate([np.zeros(n, np.int64), knots["loop"], np.full(n, self.loops)])
         angles = np.concatenate([self._begin, np.stack([knots["alpha"], knots["beta"]], axis=1), self.angles])
-        order = np.argsort(owner, kind="stable")
-        owner, loop, angles = owner[order], loop[order], angles[order]
-        keep = np.ones(len(owner), bool)
-        keep[1:] = (owner[1:] != owner[:-1]) | (loop[1:] > loop[:-1])
-        offsets = np.concatenate([[0], np.cumsum(np.bincount(owner[keep], minlength=n))])
-        return Trajectory(offsets, loop[keep] * self.loop_time, angles[keep])
+        return Trajectory.from_knots(owner, loop * self.loop_time, angles, n)

@@ -17,14 +17,16 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.navigation_function.run import Descent, Settings
+from fiberplan.planners.protocol import PLANNERS
 from fiberplan.planners.shared.repulsion import theorem1_bound
-from fiberplan.planners.shared.requirements import refuse_bars
+from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
 from fiberplan.problem import Problem
 from fiberplan.tolerances import ARRIVAL
 
 MODES = ("repaired", "literal")
 
 
+@PLANNERS.register("navigation-function")
 @dataclass(frozen=True)
 class NavigationFunction:
     """Makarem2014's navigation function, made safe between steps.
@@ -51,6 +53,7 @@ class NavigationFunction:
     reference = "Makarem2014, section 3"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
         positive = {
             "lambda1": "weight", "lambda2": "weight", "D": "distance", "d": "distance", "dt": "time",
             "convergence": "distance", "give_up": "number",

@@ -1,4 +1,4 @@
-"""The repaired mode: attraction by way of home (`way`), turns taken (`rehearsal`), repulsion that leaves goals be.
+"""The repaired mode: attraction by way of home (`retract_profile`), turns (`rehearsal`), repulsion that spares goals.
 
 Printed, repulsion is weighed against attraction, so two goals nearer than its range are never quite reached. Here it
 does not pull: it takes from what attraction asks for what would bring two ends nearer than half of what is left between

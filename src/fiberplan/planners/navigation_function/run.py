@@ -155,7 +155,7 @@ class Descent:
 
     def blockers(self, stuck: Iterable[int]) -> dict[int, tuple[int, ...]]:
         """Who stands in the way of each of `stuck`: who refused its last step, or fiber ends close ahead."""
-        n, end = self.problem.n, self.ends.end
+        plane, end = self.problem.plane, self.ends.end
         found = {}
         for i in stuck:
             others = self.ends.near["arm"][self.ends.offsets[i] : self.ends.offsets[i + 1]]
@@ -163,5 +163,5 @@ class Descent:
             close = {int(j) for j in others[far < self.settings.d + AHEAD]}
             refused = int(self.now.pose["blocker"][i])
             arms = close | ({refused} if refused >= 0 else set())
-            found[int(i)] = tuple(sorted(arm if arm < n else n - 1 - arm for arm in arms))
+            found[int(i)] = tuple(sorted(plane.public(arm) for arm in arms))
         return found

@@ -10,9 +10,12 @@ from fiberplan.plan import Plan
 from fiberplan.plan.outcomes import all_blockers
 from fiberplan.planners.prioritized_roadmap.prioritized import Pass
 from fiberplan.planners.prioritized_roadmap.run import Search, Settings
+from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.shared.requirements import refuse_seed
 from fiberplan.problem import Problem
 
 
+@PLANNERS.register("prioritized-roadmap")
 @dataclass(frozen=True)
 class PrioritizedRoadmap:
     """Prioritized planning over roadmaps in joint space, with a limit on start-stops.
@@ -44,6 +47,8 @@ class PrioritizedRoadmap:
     reference = "Sabater2018, sections 3 and 4"
 
     def __post_init__(self) -> None:
+        refuse_seed(self.name, self.seed)
+
         def refuse(label: str, what: str) -> ProblemError:
             return ProblemError(f"prioritized-roadmap: {label} must be {what}, got {getattr(self, label)}")
 
@@ -55,7 +60,7 @@ class PrioritizedRoadmap:
         for label in ("dt", "collision_dt", "max_time"):
             if not (np.isfinite(getattr(self, label)) and getattr(self, label) > 0):
                 raise refuse(label, "a time above 0 s")
-        for label, least in (("edges", 0), ("max_stops", 0), ("orders", 1), ("seed", 0)):
+        for label, least in (("edges", 0), ("max_stops", 0), ("orders", 1)):
             if not getattr(self, label) >= least:
                 raise refuse(label, f"{least} or more")
         if self.collision_dt > self.dt:

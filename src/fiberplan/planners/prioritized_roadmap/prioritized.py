@@ -57,10 +57,7 @@ class Pass:
         self._until = np.full(count, task.most + 1)
         self._planned = np.arange(count) >= task.plane.n  # obstacles are there from the beginning
         self.tally = np.zeros(count + 2, np.int64)
-        self._neighbours = [
-            np.unique(task.near.near["arm"][task.near.offsets[i] : task.near.offsets[i + 1]]).astype(np.int64)
-            for i in range(task.plane.n)
-        ]
+        self._neighbours = [np.unique(task.near.around(i)).astype(np.int64) for i in range(task.plane.n)]
 
     def hold(self, i: int) -> None:
         """Arm `i` stays at its start."""

@@ -34,8 +34,6 @@ def cells(plane: FocalPlane, i: int, grid: tuple[int, int]) -> np.ndarray:
     high = np.minimum(plane.upper[i], plane.folded[i] + 2 * np.pi)
     axes = [low[k] + (np.arange(grid[k]) + 0.5) / grid[k] * (high[k] - low[k]) for k in range(2)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    if plane.four_bar is None:
-        return points
     arms = plane.arms
     return points[[bool(np.isnan(leaves_range(arms, i, a, b, 0.0, 0.0)[0])) for a, b in points]]
 
@@ -56,7 +54,7 @@ def cut(plane: FocalPlane, i: int, corners: np.ndarray, dt: float, most: int) ->
     if counts.sum() > most:
         return None
     for start, turn in zip(corners[:-1], np.diff(corners, axis=0), strict=True):
-        if plane.four_bar is not None and not np.isnan(leaves_range(plane.arms, i, *start, *turn)[0]):
+        if not np.isnan(leaves_range(plane.arms, i, *start, *turn)[0]):
             return None
     pieces, vertex = [corners[:1]], np.zeros(counts.sum() + 1, bool)
     for start, end, count in zip(corners[:-1], corners[1:], counts, strict=True):

@@ -111,9 +111,8 @@ class Search:
                     best = self._cost(attempt), attempt
                 order = self._another(order, next(iter([*attempt.failed, *attempt.stuck])), tried)
             if best is not None:
-                n = self.problem.n
                 met = best[1].failed
-                self.lost |= {i: tuple(j if j < n else n - 1 - j for j in met[i]) for i in met}
+                self.lost |= {i: tuple(map(self.problem.plane.public, met[i])) for i in met}
                 return best[1]
             for i in stuck or ():
                 self._hold(i)
@@ -171,10 +170,11 @@ class Search:
             done.motions[i].knots(self.settings.dt) if i in done.motions else (np.zeros(1), problem.start[[i]])
             for i in range(problem.n)
         ]
-        return Trajectory(
-            np.concatenate([[0], np.cumsum([len(times) for times, _ in knots])]),
+        return Trajectory.from_knots(
+            np.repeat(np.arange(problem.n), [len(times) for times, _ in knots]),
             np.concatenate([times for times, _ in knots]),
             np.concatenate([angles for _, angles in knots]),
+            problem.n,
         )
 
     def outcome(self, i: int) -> Outcome:

@@ -2,14 +2,7 @@
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from fiberplan.focal_plane.neighbours import Neighbourhood
-
-
-def neighbours(near: Neighbourhood, i: int) -> np.ndarray:
-    """Arms that positioner `i` could touch, in order."""
-    return near.near["arm"][near.offsets[i] : near.offsets[i + 1]]
 
 
 def clusters(near: Neighbourhood, who: Iterable[int]) -> list[list[int]]:
@@ -24,7 +17,7 @@ def clusters(near: Neighbourhood, who: Iterable[int]) -> list[list[int]]:
         while open_:
             i = open_.pop()
             group.append(i)
-            for j in neighbours(near, i):
+            for j in near.around(i):
                 if int(j) in left:
                     left.discard(int(j))
                     open_.append(int(j))

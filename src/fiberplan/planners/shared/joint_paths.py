@@ -9,7 +9,7 @@ import numpy as np
 
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
-from fiberplan.planners.shared.clusters import clusters, neighbours
+from fiberplan.planners.shared.clusters import clusters
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.problem import Problem
 from fiberplan.tolerances import UNDER_LIMIT
@@ -40,22 +40,17 @@ def append_joint_ways(
             times.append(when)
             knots.append(ways[:, place])
             angles[i] = ways[-1, place]
-        around = {int(j) for i in members for j in neighbours(near, i)} | set(members)
-        around = {j for i in around for j in (i, *neighbours(near, i))}  # who may be a member of a group that meets it
+        around = {int(j) for i in members for j in near.around(i)} | set(members)
+        around = {j for i in around for j in (i, *near.around(i))}  # who may be a member of a group that meets it
         for j in around:
             if j < problem.n:
                 begins[j] = max(begins[j], when[-1])
     if not owners:
         return trajectory
-    owner = np.concatenate([np.repeat(np.arange(trajectory.n), np.diff(trajectory.offsets)), *owners])
+    owner = np.concatenate([trajectory.owner, *owners])
     time = np.concatenate([trajectory.times, *times])
     pose = np.concatenate([trajectory.angles, *knots])
-    order = np.argsort(owner, kind="stable")
-    owner, time, pose = owner[order], time[order], pose[order]
-    keep = np.ones(len(owner), bool)
-    keep[1:] = (owner[1:] != owner[:-1]) | (time[1:] > time[:-1])
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner[keep], minlength=trajectory.n))])
-    return Trajectory(offsets, time[keep], pose[keep])
+    return Trajectory.from_knots(owner, time, pose, trajectory.n)
 
 
 def _way(

@@ -112,15 +112,9 @@ def sample(arms, record, i, step, alpha, beta, room):
 def recorded(record: Record, dt: float) -> Trajectory:
     """The motion so far; a step takes `dt` [s]."""
     track, knots = record.track, record.knots[: record.used[0]]
-    n = len(track)
     moved = np.flatnonzero(track["step"] > track["begin"])
     owner = np.concatenate([knots["owner"], moved])
     step = np.concatenate([knots["step"], track["step"][moved]])
     last = np.stack([track["alpha"], track["beta"]], axis=1)[moved]
     angles = np.concatenate([np.stack([knots["alpha"], knots["beta"]], axis=1), last])
-    order = np.argsort(owner, kind="stable")
-    owner, step, angles = owner[order], step[order], angles[order]
-    keep = np.ones(len(owner), bool)
-    keep[1:] = (owner[1:] != owner[:-1]) | (step[1:] > step[:-1])
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner[keep], minlength=n))])
-    return Trajectory(offsets, step[keep] * dt, angles[keep])
+    return Trajectory.from_knots(owner, step * dt, angles, len(track))

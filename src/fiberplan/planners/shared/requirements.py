@@ -1,7 +1,9 @@
-"""For planners that know arms of two links only."""
+"""What planners ask of their settings and of the problem, in the same words."""
 
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.two_link import TwoLink
+from fiberplan.plan.seeds import seed_complaint
 
 
 def refuse_bars(planner: str, plane: FocalPlane) -> None:
@@ -10,7 +12,18 @@ def refuse_bars(planner: str, plane: FocalPlane) -> None:
     Raises:
         ProblemError: the focal plane has them.
     """
-    if plane.four_bar is not None:
+    if not isinstance(plane.kinematics, TwoLink):
         raise ProblemError(
-            f"planner {planner} cannot plan the four-bar arms of {plane.name}: take --planner prioritized-roadmap"
+            f"planner {planner} cannot plan the {plane.kinematics.name} arms of {plane.name}: "
+            "take --planner prioritized-roadmap"
         )
+
+
+def refuse_seed(planner: str, seed: int) -> None:
+    """Refuse a seed that no generator takes.
+
+    Raises:
+        ProblemError: it is no whole number, negative or too large.
+    """
+    if complaint := seed_complaint(seed):
+        raise ProblemError(f"{planner}: {complaint}")

@@ -52,7 +52,7 @@ def stepping(plane: FocalPlane, angles: np.ndarray, margin: float, near: Neighbo
     pose = np.zeros(len(plane.arms.arm), POSE)
     pose["alpha"][: plane.n], pose["beta"][: plane.n] = np.asarray(angles, float).T
     pose["blocker"] = -1
-    return Stepping(pose, np.full(near.pairs, -np.inf), float(margin) + SLACK)
+    return Stepping(pose, np.full(len(near.pairs), -np.inf), float(margin) + SLACK)
 
 
 @leaf

@@ -177,7 +177,6 @@ def straighten(
     knots = as_knots(trajectory)
     who = np.arange(trajectory.n) if who is None else who
     counts = _straighten(plane.arms, knots, trajectory.offsets, near, margin + SLACK, who)
-    keep = np.arange(len(knots)) - np.repeat(trajectory.offsets[:-1], np.diff(trajectory.offsets))
-    keep = keep < np.repeat(counts, np.diff(trajectory.offsets))
+    keep = np.arange(len(knots)) - trajectory.offsets[trajectory.owner] < counts[trajectory.owner]
     offsets = np.concatenate([[0], np.cumsum(counts)])
     return Trajectory(offsets, knots["time"][keep], np.stack([knots["alpha"], knots["beta"]], axis=1)[keep])

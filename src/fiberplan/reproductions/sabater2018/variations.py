@@ -18,8 +18,8 @@ def varied(plane: FocalPlane, which: str, change: float) -> FocalPlane:
         which: a key of `LENGTHS`.
         change: as a part of the length.
     """
-    bar = plane.four_bar
-    assert bar is not None
+    bar = plane.kinematics
+    assert isinstance(bar, FourBar)
     values = {"spacing": bar.spacing, "length": plane.length, "rocker": bar.rocker, "tip": plane.fiber[:, 0]}
     old = dict(values)
     values[which] = values[which] * (1.0 + change)
@@ -33,7 +33,7 @@ def varied(plane: FocalPlane, which: str, change: float) -> FocalPlane:
         base=plane.base * ((away + outward) / away)[:, None],
         length=values["length"],
         fiber_offsets={"tip": np.stack([values["tip"], np.zeros(plane.n)], axis=1)},
-        four_bar=FourBar(
+        kinematics=FourBar(
             values["spacing"], values["rocker"], bar.shortest + shift, bar.longest + shift, bar.orientation
         ),
         bodies=tuple(_stretched(body, float(ends[body.name][0])) for body in plane.bodies),

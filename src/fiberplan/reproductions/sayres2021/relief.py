@@ -9,7 +9,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.reproductions.sayres2021 import published
 from fiberplan.reproductions.sayres2021.rules import RULES, Rule
 from fiberplan.reproductions.sayres2021.trials import Trial
-from fiberplan.scenes.uniform import random_configuration, uniform_field
+from fiberplan.scenes.uniform import uniform_field
 
 _DRAWS = 1000  # random targets tried before another robot is picked
 _ROOM = 2e-3  # [mm] beyond the margin, as fields are drawn
@@ -47,7 +47,7 @@ def replace_until_folded(
         if not len(walker.stuck):
             break
         robot = int(rng.choice(walker.stuck))
-        draws = random_configuration(plane, rng, np.full(_DRAWS, robot))
+        draws = plane.kinematics.random(plane, rng, np.full(_DRAWS, robot))
         room = clearances_around(plane.arms, near, plane.with_obstacles(angles), robot, draws)
         clear = np.flatnonzero(room >= margin + _ROOM)
         if len(clear):

@@ -1,0 +1,89 @@
+"""One door for arrays: native byte order, C-contiguous, read-only, so each kernel compiles once and none mutates."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from fiberplan.arrays.units import plain
+from fiberplan.errors import FiberplanError
+
+
+def read_only(
+    values: Any,
+    dtype: DTypeLike = np.float64,
+    unit: str = "",
+    name: str = "",
+    error: type[FiberplanError] = FiberplanError,
+) -> np.ndarray:
+    """A read-only, C-ordered copy of `values` in native byte order (a read-only array that fits is passed through).
+
+    Args:
+        values: an array or what makes one, or a quantity.
+        dtype: of the array.
+        unit: of its numbers; quantities are converted to it.
+        name: of the field, where a user may give it.
+        error: what to raise about such a field.
+
+    Raises:
+        error: a unit of another kind, a masked value, or with a `name` what makes no array of numbers.
+    """
+    if (
+        type(values) is np.ndarray
+        and not values.flags.writeable
+        and values.flags.c_contiguous
+        and values.dtype == np.dtype(dtype)
+        and values.base is None
+    ):
+        return values
+    values = plain(values, unit, name or "an array", error)
+    try:
+        array = np.array(values, dtype=dtype, order="C")
+    except (TypeError, ValueError) as problem:
+        if not name:
+            raise
+        raise error(f"{name} cannot be taken as numbers ({str(problem).splitlines()[0]})") from None
+    array.setflags(write=False)
+    return array
+
+
+def number(value: Any, unit: str, name: str, error: type[FiberplanError] = FiberplanError) -> float:
+    """One number in `unit`; a quantity is converted to it.
+
+    Raises:
+        error: no number or several, a unit of another kind, or a masked value; one line that names the field.
+    """
+    if type(value) is float:
+        return value
+    given, value = value, plain(value, unit, name, error)
+    try:
+        if isinstance(value, bool | np.bool_ | str | bytes) or np.ndim(value):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError):
+        shown = " ".join(repr(given).split())[:60]
+        raise error(f"{name} must be one number{f' [{unit}]' if unit else ''}, got {shown}") from None
+
+
+def in_units(thing: Any, units: Mapping[str, str], error: type[FiberplanError]) -> None:
+    """Give fields of a frozen dataclass the units that they are documented in; a field that is None stays None.
+
+    Args:
+        thing: a dataclass with a `name`, while it is being made.
+        units: field -> unit.
+        error: what to raise about a field, by `thing.name` and its own.
+    """
+    for field, unit in units.items():
+        value = getattr(thing, field)
+        if value is not None and type(value) is not float:
+            object.__setattr__(thing, field, number(value, unit, f"{thing.name}: {field}", error))
+
+
+def texts(values: Any, name: str, error: type[FiberplanError] = FiberplanError) -> tuple[str, ...]:
+    """Names or words as text, also from a table's column.
+
+    Raises:
+        error: a masked value.
+    """
+    return tuple(each.decode() if isinstance(each, bytes) else str(each) for each in plain(values, "", name, error))

@@ -1,0 +1,160 @@
+"""Arms of two links: alpha turns the first about the base, beta the second about the elbow.
+
+Beta is measured from the first link, so pi is folded. A point within reach has two solutions. With d its distance from
+the base, l the first link and r the fiber's distance from the elbow, the angle between the two directions is
+``gamma = +-2 atan2(sqrt((l + r)^2 - d^2), sqrt(d^2 - (l - r)^2))``: the half-angle form of the law of cosines, accurate
+at both edges of the annulus. Positive gamma is the right elbow (beta > 0), negative the left one.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fiberplan.focal_plane.kinematics import Mounted
+from fiberplan.kernels.arms import BAR
+
+TOLERANCE = 1e-6  #: a point this far outside the annulus is on its edge [mm]
+
+
+def reach(plane: Mounted, who: np.ndarray, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest distance (m,) [mm] of a fiber at `offset` (m, 2) [mm] from the bases of `who` (m,)."""
+    length, arm = plane.length[who], np.hypot(offset[:, 0], offset[:, 1])
+    return np.abs(length - arm), length + arm
+
+
+def along(origin: np.ndarray, length: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Points (n, 2) at `length` (n,) [mm] from `origin` (n, 2) [mm] in the direction `turn` (n,) [rad]."""
+    return origin + length[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+def rotated(offset: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Vectors `offset` (n, 2) turned by `turn` (n,) [rad]."""
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1)
+
+
+@dataclass(frozen=True)
+class TwoLink:
+    """The alpha-beta (theta-phi) positioner; there is nothing to set."""
+
+    name: ClassVar[str] = "two-link"
+    joints: ClassVar[tuple[str, str]] = ("alpha", "beta")
+    link_names: ClassVar[tuple[str, ...]] = ("base", "alpha", "beta")
+    has_avoidance: ClassVar[bool] = False
+    has_parities: ClassVar[bool] = True
+
+    @property
+    def turned(self) -> float:
+        """Arms have no frame of their own."""
+        return 0.0
+
+    def check(self, n: int) -> None:
+        """Nothing can be wrong."""
+
+    def subset(self, who: np.ndarray) -> "TwoLink":
+        """The same."""
+        return self
+
+    def elbows(self, plane: Mounted, angles: np.ndarray) -> np.ndarray:
+        """Elbows (n, 2) [mm]."""
+        return along(plane.base, plane.length, angles[:, 0] + plane.zero[:, 0])
+
+    def links(self, plane: Mounted, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Directions of both links (n,) [rad]."""
+        first = angles[:, 0] + plane.zero[:, 0]
+        return first, first + angles[:, 1] + plane.zero[:, 1]
+
+    def frames(self, plane: Mounted, angles: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Origin (n, 2) [mm] and direction (n,) [rad] of every link that bodies can ride on."""
+        first, second = self.links(plane, angles)
+        still = np.zeros(len(first))
+        return {
+            "base": (plane.base, still),
+            "alpha": (plane.base, first),
+            "beta": (self.elbows(plane, angles), second),
+        }
+
+    def skeleton(self, plane: Mounted, angles: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The first links, (n, 2 ends, 2) [mm]."""
+        return (np.stack([plane.base, self.elbows(plane, angles)], axis=1),)
+
+    def in_avoidance(self, plane: Mounted, angles: np.ndarray) -> np.ndarray:
+        """(n,) False: everything within the joint ranges is allowed."""
+        return np.zeros(len(angles), bool)
+
+    def avoidance(self, plane: Mounted, i: int, angles: np.ndarray) -> str:
+        """Nothing is forbidden."""
+        return ""
+
+    def inverse(
+        self, plane: Mounted, who: np.ndarray, points: np.ndarray, offset: np.ndarray, parity: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Right and left elbow solution (m, 2, 2) [rad]; see `Kinematics.inverse`."""
+        gamma = _bend(plane, who, points, offset)
+        both = np.stack([gamma, -gamma], axis=1)  # (m, 2)
+        same = (gamma < 1e-12) | (gamma > np.pi - 1e-12)  # straight or folded back: one solution under two names
+        allowed = np.stack([parity >= 0, (parity < 0) | ((parity == 0) & ~same)], axis=1)
+        length, arm = plane.length[who, None], np.hypot(offset[:, 0], offset[:, 1])[:, None]
+        delta = points - plane.base[who]
+        heading = np.arctan2(delta[:, 1], delta[:, 0])[:, None]
+        first = heading - np.arctan2(arm * np.sin(both), length + arm * np.cos(both))
+        alpha = first - plane.zero[who, 0, None]
+        on_axis = (
+            np.hypot(delta[:, 0], delta[:, 1]) < 1e-12
+        )  # a fiber over its own base: any alpha does, so do not turn
+        alpha = np.where(on_axis[:, None], plane.folded[who, 0, None], alpha)
+        beta = both - (plane.zero[who, 1] + np.arctan2(offset[:, 1], offset[:, 0]))[:, None]
+        angles = np.where(allowed[..., None], np.stack([alpha, beta], axis=-1), np.nan)
+        return angles, TOLERANCE / np.fmax(length[:, 0] + arm[:, 0], TOLERANCE)
+
+    def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
+        """Configurations (len(who), 2) [rad] whose fibers are uniform over each patrol annulus.
+
+        Alpha is uniform over its range (at most one turn), and beta such that equal areas are equally likely, as far as
+        the joint range allows: the squared distance of the fiber from the base is uniform in cos(beta).
+        """
+        turn = 2 * np.pi  # of a range without ends, one turn each way from folded
+        low = np.maximum(plane.lower[who], plane.folded[who] - turn)
+        high = np.minimum(plane.upper[who], plane.folded[who] + turn)
+        alpha = low[:, 0] + rng.random(len(who)) * np.minimum(high[:, 0] - low[:, 0], 2 * np.pi)
+        bend = plane.zero[who, 1] + np.arctan2(
+            plane.fiber[who, 1], plane.fiber[who, 0]
+        )  # a straight arm has beta -bend
+        first, last = low[:, 1] + bend, np.minimum(high[:, 1] + bend, low[:, 1] + bend + 2 * np.pi)
+        # cos(beta) is monotonic on half turns only: draw by weight |sin(beta)| through the integral of |sin|
+        draw = _abs_sin_integral(first) + rng.random(len(who)) * (_abs_sin_integral(last) - _abs_sin_integral(first))
+        turns = np.floor(draw / 2.0)
+        beta = turns * np.pi + np.arccos(np.clip(1.0 - (draw - 2.0 * turns), -1.0, 1.0)) - bend
+        return np.stack([alpha, np.clip(beta, low[:, 1], high[:, 1])], axis=1)
+
+    def constants(self, base: np.ndarray, zero: np.ndarray) -> np.ndarray:
+        """None."""
+        return np.zeros(0, BAR)
+
+    def columns(self) -> dict[str, tuple[np.ndarray, str]]:
+        """None."""
+        return {}
+
+    def describe(self) -> tuple[tuple[str, tuple[np.ndarray, ...], str], ...]:
+        """Nothing beyond the lengths that every arm has."""
+        return ()
+
+
+TWO_LINK = TwoLink()
+
+
+def _bend(plane: Mounted, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Bend of the right elbow (m,) in [0, pi]; NaN outside the annulus."""
+    inner, outer = reach(plane, who, offset)
+    delta = points - plane.base[who]
+    d = np.hypot(delta[:, 0], delta[:, 1])
+    wide = np.sqrt(np.maximum((outer - d) * (outer + d), 0.0))
+    near = np.sqrt(np.maximum((d - inner) * (d + inner), 0.0))
+    return np.where((d <= outer + TOLERANCE) & (d >= inner - TOLERANCE), 2.0 * np.arctan2(wide, near), np.nan)
+
+
+def _abs_sin_integral(x: np.ndarray) -> np.ndarray:
+    """Integral of |sin| from 0 to x: 2 per half turn."""
+    turns = np.floor(x / np.pi)
+    return 2.0 * turns + 1.0 - np.cos(x - turns * np.pi)

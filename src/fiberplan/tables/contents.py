@@ -1,0 +1,41 @@
+"""The bytes of a file, read once and whole: whatever is made of them is made of the same ones.
+
+A file may be replaced at any time by another process; a reader that opens it twice may see two. What never ends is not
+read: a device is refused, and a pipe (``/dev/stdin``, the shell's ``<(...)``) is read up to `STREAM` bytes.
+"""
+
+import os
+import stat
+from pathlib import Path
+
+from fiberplan.errors import FiberplanError
+
+FILE = 2**32  #: bytes of a file, at most; 100,000 positioners with 1,000 knots each take 3.2e9
+STREAM = 2**28  #: bytes of a pipe, at most
+
+
+def read_whole(path: Path, error: type[FiberplanError]) -> bytes:
+    """All bytes of a file or a pipe.
+
+    Raises:
+        error: no such file, a folder, a device, one that cannot be read, or one that is too large.
+    """
+    try:
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise error(f"{path}: is a folder, expected a file")
+        if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
+            raise error(f"{path}: is a device, expected a file")
+        with path.open("rb") as file:
+            now = os.fstat(file.fileno())
+            most = FILE if stat.S_ISREG(now.st_mode) else STREAM
+            content = file.read(most + 1) if now.st_size <= most else b""
+            if now.st_size > most or len(content) > most:
+                raise error(f"{path}: is larger than {most / 2**30:g} GiB, the most that is read")
+            return content
+    except FileNotFoundError:
+        raise error(f"{path}: no such file") from None
+    except OSError as problem:
+        raise error(f"{path}: cannot be read ({(problem.strerror or str(problem)).lower()})") from None
+    except ValueError:  # a zero byte in the name
+        raise error(f"{path}: no such file") from None
