@@ -15,8 +15,7 @@ from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.io.plan_file import plan_bytes
 from fiberplan.motion import Trajectory
 from fiberplan.scenes.decisive import few, offline_across
-from fiberplan.scenes.uniform import random_configuration
-from problems import field_to_field, from_folded, part
+from problems import field_to_field, from_folded
 from references import path_past_fixed
 from strategies import numbers, planes, plans, trajectories
 
@@ -114,7 +113,7 @@ def test_the_proof_does_not_depend_on_who_is_counted_first(scene, random):
     knots = [np.arange(*motion.offsets[i : i + 2]) for i in order]
     offsets = np.concatenate([[0], np.cumsum([len(k) for k in knots])])
     knots = np.concatenate(knots)
-    other = fp.verify(part(plane, order), Trajectory(offsets, motion.times[knots], motion.angles[knots]), margin)
+    other = fp.verify(plane.subset(order), Trajectory(offsets, motion.times[knots], motion.angles[knots]), margin)
     one = fp.verify(plane, motion, margin)
     number = np.argsort(order)  # of positioner i among those in the new order
 
@@ -165,7 +164,7 @@ def test_direct_does_not_depend_on_where_the_plane_lies(direct_plan):
 def test_direct_does_not_depend_on_who_is_counted_first(direct_plan):
     problem = direct_plan.problem
     order = np.random.default_rng(0).permutation(problem.n)
-    plane = part(problem.plane, order)
+    plane = problem.plane.subset(order)
     other = direct(fp.Problem(plane, problem.start[order], problem.goal[order], problem.margin))
     assert other.outcomes == tuple(direct_plan.outcomes[i] for i in order)
     assert other.makespan == pytest.approx(direct_plan.makespan, rel=1e-6)
@@ -224,8 +223,8 @@ def walled_in(seed):
         online=np.array([True, False, False]),
         obstacles=tuple(Obstacle(f"post {k}", rng.uniform(-16, 16, (1, 2)), 1.0) for k in range(5)),
     )
-    start = random_configuration(plane, rng, np.arange(3))
-    goal = random_configuration(plane, rng, np.array([0]))
+    start = plane.kinematics.random(plane, rng, np.arange(3))
+    goal = plane.kinematics.random(plane, rng, np.array([0]))
     try:
         fp.Problem(plane, start, np.concatenate([goal, np.full((2, 2), np.nan)]), 0.2)
     except ProblemError:

@@ -12,7 +12,7 @@ from fiberplan.io.plan_file import plan_bytes
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import PLANNERS, amend
-from fiberplan.scenes.uniform import random_configuration, uniform_field
+from fiberplan.scenes.uniform import uniform_field
 from problems import hexagon
 from references import (
     clearance_over_time,
@@ -128,7 +128,7 @@ def small_problem(rng: np.random.Generator) -> fp.Problem:
     if rng.random() < 0.4:
         posts = (Obstacle(f"post {k}", rng.uniform(-40, 40, (1, 2)), 1.0) for k in range(3))
         plane = plane.replace(obstacles=tuple(posts))
-    goal = random_configuration(plane, rng, np.arange(n))
+    goal = plane.kinematics.random(plane, rng, np.arange(n))
     goal[rng.random(n) < rng.choice([0.0, 0.2])] = np.nan
     return fp.Problem(plane, start, goal, margin, rng.integers(1, 4, n).astype(float), "drop")
 
@@ -195,7 +195,7 @@ def amendments(rng: np.random.Generator, folder: Path) -> None:
     plane = plan.problem.plane
     for _ in range(3):
         i = int(rng.choice(np.flatnonzero(plane.online))) if plane.online.any() else 0
-        goal = random_configuration(plane, rng, np.array([i]))[0]
+        goal = plane.kinematics.random(plane, rng, np.array([i]))[0]
         try:
             new = amend(plan, i, goal)
         except FiberplanError as refused:

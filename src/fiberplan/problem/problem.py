@@ -107,8 +107,8 @@ class Problem(Frozen):
         if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
             raise ProblemError(f"priority must be {n} finite numbers of 0 or more")
         object.__setattr__(self, "priority", priority)
-        number = isinstance(self.margin, numbers.Real) and not isinstance(self.margin, bool)
-        if not (number and np.isfinite(self.margin) and self.margin >= 0):
+        real = isinstance(self.margin, numbers.Real) and not isinstance(self.margin, bool)
+        if not (real and np.isfinite(self.margin) and self.margin >= 0):
             raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         if self.conflicts not in ("raise", "drop"):
             raise ProblemError(f"conflicts must be 'raise' or 'drop', got '{self.conflicts}'")
