@@ -21,7 +21,7 @@ def pytest_sessionstart(session):
     """Compile once, before the workers start; a worker finds everything on disk, and so do the commands it starts."""
     many = session.config.getoption("dist", "no") != "no" and not hasattr(session.config, "workerinput")
     if many and os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
-        subprocess.run([sys.executable, Path(__file__).parent / "warm_up.py"], check=True, capture_output=True)
+        subprocess.run([sys.executable, Path(__file__).parent / "warm_up.py"], check=False, capture_output=True)
 
 
 CASES_WITHOUT_COMPILER = 1  #: of each test, when kernels run some hundred times slower
@@ -44,7 +44,7 @@ def pytest_collection_modifyitems(config, items):
 @pytest.fixture(scope="session")
 def shared_data():
     """Folder of real focal planes and designs, which the project does not ship."""
-    if not SHARED_DATA.is_dir():
+    if not SHARED_DATA.is_dir() or os.environ.get("FIBERPLAN_NO_DATA"):  # as where coverage is measured
         pytest.skip(f"real data are not in {SHARED_DATA}")
     return SHARED_DATA
 

@@ -230,22 +230,24 @@ def cells_clear(plane, i, start, margin, size):
     return excess.reshape(count), 0.5 * (about_base * width[0] + about_elbow * width[1]), low, width
 
 
-def _joined(free, structure, low, width, *ends):
-    cells, _ = label(free, structure=structure)
-    at = [cells[tuple(np.clip(((q - low) / width).astype(int), 0, np.array(free.shape) - 1))] for q in ends]
-    return at[0] == at[1] > 0
+def path_past_fixed(plane, i, start, goal, margin, size=0.02):
+    """Whether positioner i can come from start to goal past what never moves, by floods over cells of about `size`.
 
-
-def path_is_possible(plane, i, start, goal, margin, size=0.02):
-    """False only if no path leads past what never moves: it floods all cells of which any part may be free."""
+    Returns:
+        True if cells that are free as a whole join both, False if not even cells do that may be free in part, None
+        if neither.
+    """
     excess, within, low, width = cells_clear(plane, i, start, margin, size)
-    return _joined(excess + within + 1e-6 >= 0, np.ones((3, 3)), low, width, start[i], goal)
 
+    def joined(free, structure):
+        cells, _ = label(free, structure=structure)
+        at = [cells[tuple(np.clip(((q - low) / width).astype(int), 0, np.array(free.shape) - 1))] for q in ends]
+        return bool(at[0] == at[1] > 0)
 
-def path_is_certain(plane, i, start, goal, margin, size=0.02):
-    """True only if a path leads past what never moves: it floods only cells that are free as a whole."""
-    excess, within, low, width = cells_clear(plane, i, start, margin, size)
-    return _joined(excess - within - 1e-6 >= 0, None, low, width, start[i], goal)
+    ends = (start[i], goal)
+    if joined(excess - within - 1e-6 >= 0, None):
+        return True
+    return None if joined(excess + within + 1e-6 >= 0, np.ones((3, 3))) else False
 
 
 def motion_of(*knots):

@@ -1,0 +1,1 @@
+"""Random campaigns against the project, as an adversary would run them: `python -m fuzz` (`make fuzz`)."""
