@@ -15,8 +15,7 @@ def lost_targets(plan: "Plan") -> Iterator[str]:
 
     for loss in losses(plan):
         if loss.positioner in plan.lost:
-            blockers = f"; in the way: {', '.join(loss.names)}" if loss.names else ""
-            yield f"lost {loss.id}: {loss.cause}{blockers}"
+            yield f"lost {loss}"
 
 
 def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:

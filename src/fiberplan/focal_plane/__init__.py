@@ -3,7 +3,8 @@
 - `focal_plane`: the array, with fibers, clearances and changed copies of itself
 - `bodies`: bodies that ride on links, and obstacles
 - `layouts`: where positioners stand in regular arrays
-- `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, `kinds` names them for files
+- `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, `kinds` names them for
+  files
 - `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point
 - `compiled_arms`: the focal plane as arrays for the kernels
 - `neighbours`: who could touch whom at a given margin
@@ -11,5 +12,6 @@
 
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.focal_plane import FocalPlane
+from fiberplan.focal_plane.four_bar import FourBar
 
-__all__ = ["Body", "FocalPlane", "Obstacle"]
+__all__ = ["Body", "FocalPlane", "FourBar", "Obstacle"]

@@ -1,11 +1,22 @@
-"""What every planner says alike of a problem: outcomes that are settled before planning, and who was in the way."""
+"""What can become of a positioner, and what of it the problem settles before planning; who was in the way."""
 
 from collections.abc import Mapping
+from enum import Enum
 
 import numpy as np
 
-from fiberplan.plan.plan import Outcome
 from fiberplan.problem import Problem
+
+
+class Outcome(Enum):
+    """What became of a positioner; of several that fit, the first."""
+
+    OFFLINE = "cannot move"
+    NO_TARGET = "has no target"
+    DROPPED = "its goal touched something at rest or was out of reach"
+    ARRIVED = "arrived at its goal"
+    INFEASIBLE = "proven unable to reach its goal"
+    DEADLOCKED = "stuck or given up, without proof that it had to be"
 
 
 def settled_outcome(problem: Problem, i: int) -> Outcome | None:

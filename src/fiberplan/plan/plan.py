@@ -5,11 +5,10 @@ error, and the rest is planned around where it waits.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,20 +16,15 @@ from fiberplan.arrays import Frozen, FrozenDict, shortened
 from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
+from fiberplan.plan.outcomes import Outcome
+from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_plan, positioner_plans
+from fiberplan.plan.summary import about, summary
 from fiberplan.problem import Problem
 from fiberplan.registry import io_function
 from fiberplan.tolerances import ARRIVAL
 
-
-class Outcome(Enum):
-    """What became of a positioner; of several that fit, the first."""
-
-    OFFLINE = "cannot move"
-    NO_TARGET = "has no target"
-    DROPPED = "its goal touched something at rest or was out of reach"
-    ARRIVED = "arrived at its goal"
-    INFEASIBLE = "proven unable to reach its goal"
-    DEADLOCKED = "stuck or given up, without proof that it had to be"
+if TYPE_CHECKING:
+    from astropy.table import QTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +119,32 @@ class Plan(Frozen):
         asked = arrived + len(self.lost)
         ratio = f" ({self.makespan / self.lower_bound:.2f} x the lower bound)" if self.lower_bound > 0 else ""
         return f"{arrived} of {asked} arrived in {self.makespan:.1f} s{ratio}"
+
+    def __getitem__(self, positioner: str | int) -> PositionerPlan:
+        """What the plan says of one positioner, by id or index.
+
+        Raises:
+            PlanError: there is none (an `errors.UnknownPositionerError`, which is a KeyError, too).
+        """
+        return positioner_plan(self, positioner)
+
+    def __iter__(self) -> Iterator[PositionerPlan]:
+        return positioner_plans(self)
+
+    def summary(self) -> str:
+        """The plan in words: who arrived, makespan and bound, what was lost and why, and what is proven."""
+        return summary(self)
+
+    def to_table(self) -> "QTable":
+        """A row a positioner, in the focal plane's order.
+
+        Columns: positioner (id), outcome; start, goal (as requested; NaN: none) and end, each as commanded alpha and
+        beta [deg], such as goal_alpha; priority, cause (empty where nothing was lost) and blockers, separated by
+        commas. The meta data say what was planned, and how.
+        """
+        table = plan_table(self)
+        table.meta.update(about(self))
+        return table
 
     def write(self, path: str | os.PathLike) -> None:
         """Write everything, with its certificate, as one FITS file.
