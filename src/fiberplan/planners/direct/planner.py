@@ -6,12 +6,14 @@ clear in continuous time; straightening leaves a few knots of it.
 """
 
 import dataclasses
+import logging
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from time import monotonic, process_time
 
 import numpy as np
 
+from fiberplan.arrays import in_units, number
 from fiberplan.certificates import proven_unreachable
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
@@ -29,6 +31,7 @@ from fiberplan.tolerances import UNDER_LIMIT
 
 _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
+_logger = logging.getLogger(__name__)
 
 
 @PLANNERS.register("direct")
@@ -49,6 +52,7 @@ class Direct:
     reference = "ours; soft conflicts after MAPF-LNS2 (Li et al., AAAI 2022), breakout weights (Morris, AAAI 1993)"
 
     def __post_init__(self) -> None:
+        in_units(self, {"max_time": "s", "budget": "", "turn": "rad"}, ProblemError)
         for label, unit in (("max_time", " s"), ("budget", ""), ("turn", " rad")):
             value = getattr(self, label)
             if value is not None and not (np.isfinite(value) and value > 0):
@@ -72,12 +76,15 @@ class Direct:
         """
         refuse_bars(self.name, problem.plane)
         begun = process_time()
-        ends = np.inf if deadline is None else monotonic() + deadline
+        ends = np.inf
+        if deadline is not None:
+            ends = monotonic() + number(deadline, "s", f"{self.name}: deadline", ProblemError)
         near = Neighbourhood.of(problem.plane, problem.margin)
         goal, late = self._goals(problem, near)
         search = DirectSearch(problem, near, goal, self.turn, self.max_time, self.seed)
 
         def proceed() -> bool:
+            _logger.debug("direct: %s", search)
             if report is not None:
                 report(str(search))
             return monotonic() < ends
@@ -122,6 +129,7 @@ class Direct:
 
     def _hub(self, problem: Problem, begun: float, why: str, interrupted: bool = False) -> Plan:
         """The plan of the fold hub, as a plan of this planner."""
+        _logger.info("direct: the fold hub is planned: %s", why)
         hub = GreedyFold(step=_HUB_STEP, seed=self.seed).plan(problem)
         return dataclasses.replace(
             hub,

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Plan
@@ -43,6 +44,7 @@ class GreedyFold:
     reference = "Sayres2021, section 3"
 
     def __post_init__(self) -> None:
+        in_units(self, {"step": "rad", "max_travel": "rad"}, ProblemError)
         for label in ("step", "max_travel"):
             value = getattr(self, label)
             if not (np.isfinite(value) and value > 0):
