@@ -1,5 +1,6 @@
 """Numbers with units and masks at the Python door: converted, or refused by name; never taken for something else."""
 
+import dataclasses
 import subprocess
 import sys
 
@@ -278,6 +279,60 @@ def test_wrong_units_and_masked_values_are_refused_by_name(complaint):
         make()
     assert str(caught.value).startswith(complaint)
     assert "\n" not in str(caught.value)
+
+
+SETTINGS = [
+    (name, field.name)
+    for name in fp.planners.PLANNERS
+    for field in dataclasses.fields(fp.planners.PLANNERS[name])
+    if "float" in str(field.type)
+]
+UNITS_OF_SETTINGS = {
+    ("direct", "max_time"): 3 * u.min,
+    ("direct", "turn"): 6 * u.deg,
+    ("greedy-fold", "step"): 1 * u.deg,
+    ("greedy-fold", "max_travel"): 2 * u.cycle,
+    ("navigation-function", "lambda1"): 1 / u.cm**2,
+    ("navigation-function", "D"): 0.5 * u.cm,
+    ("navigation-function", "d"): 100 * u.um,
+    ("navigation-function", "dt"): 20 * u.ms,
+    ("navigation-function", "convergence"): 50 * u.um,
+    ("elliptic-navigation-function", "lambda2"): 3 * u.deg / u.s / u.mm**2,
+    ("elliptic-navigation-function", "lambda3"): 3 * u.deg / u.s / u.mm**2,
+    ("elliptic-navigation-function", "influence"): 0.3 * u.cm,
+    ("elliptic-navigation-function", "near"): 500 * u.ms,
+    ("elliptic-navigation-function", "calm"): 500 * u.ms,
+    ("elliptic-navigation-function", "dt"): 50 * u.ms,
+    ("elliptic-navigation-function", "patience"): 0.1 * u.min,
+    ("elliptic-navigation-function", "max_time"): 1 * u.min,
+    ("prioritized-roadmap", "dt"): 0.1 * u.min,
+    ("prioritized-roadmap", "collision_dt"): 20 * u.ms,
+    ("prioritized-roadmap", "max_time"): 3 * u.min,
+}
+
+
+@pytest.mark.parametrize(("planner", "setting"), SETTINGS)
+def test_settings_of_planners_have_units(planner, setting):
+    make = fp.planners.PLANNERS[planner]
+    with pytest.raises(ProblemError, match=rf"^{planner}: {setting} is in 'cd', expected "):
+        make(**{setting: 1 * u.cd})
+    given = UNITS_OF_SETTINGS.get((planner, setting), 200 * u.percent)
+    value = getattr(make(**{setting: given}), setting)
+    assert type(value) is float
+    assert value == pytest.approx(given.decompose([u.mm, u.rad, u.s]).value)
+
+
+def test_a_goal_of_an_amended_plan_has_a_unit():
+    plan = fp.planners.GreedyFold(step=1 * u.deg).plan(fp.Problem(PLANE, FOLDED, GOAL))
+    amended = fp.amend(plan, "R0C2", [30, 150] * u.deg)
+    assert amended.problem.goal[PLANE.index["R0C2"]] == pytest.approx(np.radians([30.0, 150.0]))
+    with pytest.raises(ProblemError, match="amend: goal is in 'mm'"):
+        fp.amend(plan, "R0C2", [30, 150] * u.mm)
+
+
+def test_a_deadline_has_a_unit():
+    with pytest.raises(ProblemError, match="direct: deadline is in 'mm'"):
+        fp.planners.Direct().plan(fp.Problem(PLANE, FOLDED, GOAL), deadline=1 * u.mm)
 
 
 def test_a_speed_in_degrees_is_held_to_in_radians():

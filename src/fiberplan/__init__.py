@@ -1,37 +1,61 @@
 """Collision-free, proven motion for fiber positioners and probe arms.
 
-The names below are imported when first used, so that ``fiberplan --help`` need not wait for the compiler.
+The names below are imported when first used, so that ``fiberplan --help`` need not wait for the compiler. What each of
+them is for: ``docs/api.md``. Progress and warnings go to the logger named "fiberplan", which is quiet unless asked.
 """
 
 import importlib
+import logging
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fiberplan import planners, shaping
-    from fiberplan.certificates import Certificate, Contact, verify
-    from fiberplan.errors import FiberplanError
-    from fiberplan.focal_plane import Body, FocalPlane, Obstacle
+    from fiberplan import hardware, instruments, io, planners, scenes, shaping
+    from fiberplan.certificates import Certificate, Contact, ZoneEntry, proven_unreachable, verify
+    from fiberplan.errors import (
+        FiberplanError,
+        InstrumentError,
+        PlanError,
+        ProblemError,
+        TargetError,
+        TrajectoryError,
+    )
+    from fiberplan.focal_plane import Body, FocalPlane, FourBar, Obstacle
     from fiberplan.motion import Trajectory
-    from fiberplan.plan import Outcome, Plan, diagnose
+    from fiberplan.plan import Diagnosis, Outcome, Plan, PositionerPlan, diagnose
+    from fiberplan.planners import amend
     from fiberplan.problem import Dropped, Problem, Targets
     from fiberplan.visuals import show
 
 __version__ = "0.1.0"
 
+logging.getLogger("fiberplan").addHandler(logging.NullHandler())
+
+_PACKAGES = ("hardware", "instruments", "io", "planners", "scenes", "shaping")
 _HOME = {
     "Body": "focal_plane",
     "Certificate": "certificates",
     "Contact": "certificates",
+    "Diagnosis": "plan",
     "Dropped": "problem",
     "FiberplanError": "errors",
     "FocalPlane": "focal_plane",
+    "FourBar": "focal_plane",
+    "InstrumentError": "errors",
     "Obstacle": "focal_plane",
     "Outcome": "plan",
     "Plan": "plan",
+    "PlanError": "errors",
+    "PositionerPlan": "plan",
     "Problem": "problem",
+    "ProblemError": "errors",
+    "TargetError": "errors",
     "Targets": "problem",
     "Trajectory": "motion",
+    "TrajectoryError": "errors",
+    "ZoneEntry": "certificates",
+    "amend": "planners",
     "diagnose": "plan",
+    "proven_unreachable": "certificates",
     "show": "visuals",
     "verify": "certificates",
 }
@@ -40,17 +64,32 @@ __all__ = [
     "Body",
     "Certificate",
     "Contact",
+    "Diagnosis",
     "Dropped",
     "FiberplanError",
     "FocalPlane",
+    "FourBar",
+    "InstrumentError",
     "Obstacle",
     "Outcome",
     "Plan",
+    "PlanError",
+    "PositionerPlan",
     "Problem",
+    "ProblemError",
+    "TargetError",
     "Targets",
     "Trajectory",
+    "TrajectoryError",
+    "ZoneEntry",
+    "amend",
     "diagnose",
+    "hardware",
+    "instruments",
+    "io",
     "planners",
+    "proven_unreachable",
+    "scenes",
     "shaping",
     "show",
     "verify",
@@ -59,7 +98,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module the first time it is asked for."""
-    if name in ("planners", "shaping"):
+    if name in _PACKAGES:
         return importlib.import_module(f"fiberplan.{name}")
     if name in _HOME:
         value = getattr(importlib.import_module(f"fiberplan.{_HOME[name]}"), name)
@@ -69,5 +108,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Public names, imported or not."""
-    return sorted({*globals(), *__all__})
+    """Public names, imported or not; modules that were imported meanwhile are not among them."""
+    return sorted([*__all__, "__version__"])

@@ -33,6 +33,13 @@ class PlanError(FiberplanError):
     """A plan file that cannot be read or written."""
 
 
+class UnknownPositionerError(PlanError, KeyError):
+    """A positioner that a plan does not have."""
+
+    def __str__(self) -> str:
+        return Exception.__str__(self)  # a KeyError would put its text in quotes
+
+
 class TrajectoryError(FiberplanError):
     """Knots that do not make a trajectory."""
 

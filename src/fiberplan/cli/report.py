@@ -31,8 +31,7 @@ def lost_targets(plan: "Plan", file: "Path | None" = None) -> Iterator[str]:
         for kind, count in kinds.most_common():
             yield f"{count} of {len(lost)} lost: {kind}"
     for loss in lost[:LISTED]:
-        blockers = f"; in the way: {', '.join(loss.names)}" if loss.names else ""
-        yield f"lost {loss.id}: {loss.cause}{blockers}"
+        yield f"lost {loss}"
     if len(lost) > LISTED:
         tells = (
             "--json lists them all" if file is None else f"`fiberplan diagnose {file}` lists them all, as does --json"

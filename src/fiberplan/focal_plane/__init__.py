@@ -12,5 +12,6 @@
 
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.focal_plane import FocalPlane
+from fiberplan.focal_plane.four_bar import FourBar
 
-__all__ = ["Body", "FocalPlane", "Obstacle"]
+__all__ = ["Body", "FocalPlane", "FourBar", "Obstacle"]

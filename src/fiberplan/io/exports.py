@@ -8,9 +8,9 @@ import numpy as np
 from astropy import units
 from astropy.table import QTable
 
-from fiberplan import __version__
 from fiberplan.motion.moves import moves, start_stops
 from fiberplan.plan import Plan
+from fiberplan.plan.summary import about
 from fiberplan.registry import Registry
 from fiberplan.tables.atomic import write_whole
 
@@ -27,31 +27,11 @@ def write_ecsv(plan: Plan, path: str | os.PathLike) -> None:
     Raises:
         PlanError: the file cannot be written; what was there before is kept.
     """
-    motion, plane = plan.trajectory, plan.problem.plane
-    columns = {
-        "positioner": np.array(plane.ids)[motion.owner],
-        "time": motion.times * units.s,
-        "alpha": np.degrees(motion.angles[:, 0]) * units.deg,
-        "beta": np.degrees(motion.angles[:, 1]) * units.deg,
-    }
+    table = plan.trajectory.to_table(plan.problem.plane.ids)
+    table.meta.update(about(plan))
     text = io.StringIO()
-    QTable(columns, meta=_about(plan)).write(text, format="ascii.ecsv")
+    table.write(text, format="ascii.ecsv")
     write_whole(path, text.getvalue().encode())
-
-
-def _about(plan: Plan) -> dict[str, object]:
-    """What was planned, and how."""
-    plane = plan.problem.plane
-    return {
-        "instrument": plane.name,
-        "planner": plan.planner,
-        "seed": int(plan.seed),
-        "margin_mm": float(plan.problem.margin),
-        "makespan_s": float(plan.makespan),
-        "certified": bool(plan.certificate.ok),
-        "lost": [plane.ids[int(i)] for i in plan.lost],
-        "fiberplan": __version__,
-    }
 
 
 @EXPORTS.register("motions")
@@ -76,5 +56,5 @@ def write_motions(plan: Plan, path: str | os.PathLike) -> None:
         "stops": np.array([stops[move.positioner] for move in listed], np.int64),
     }
     text = io.StringIO()
-    QTable(columns, meta=_about(plan)).write(text, format="ascii.ecsv")
+    QTable(columns, meta=about(plan)).write(text, format="ascii.ecsv")
     write_whole(path, text.getvalue().encode())

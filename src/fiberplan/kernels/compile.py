@@ -8,6 +8,7 @@ With NUMBA_DISABLE_JIT=1 kernels are the Python functions they are written as, s
 """
 
 import functools
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -57,6 +58,22 @@ def leaf(function: Callable) -> Callable:
 def inlined(function: Callable) -> Callable:
     """A leaf that is always compiled into its callers: for small ones in hot loops, where a call costs as much."""
     return kernel(function, _nrt=False, forceinline=True)
+
+
+class _Log(event.Listener):
+    """Tells the log of each of our kernels that is compiled."""
+
+    def on_start(self, event: Any) -> None:
+        function = getattr((event.data or {}).get("dispatcher"), "py_func", None)
+        if function is not None and function.__module__.startswith("fiberplan."):
+            _logger.debug("compiling %s of %s", function.__name__, function.__module__)
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_logger = logging.getLogger(__name__)
+event.register("numba:compile", _Log())
 
 
 class _FirstCompilation(event.Listener):

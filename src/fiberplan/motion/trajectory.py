@@ -4,13 +4,18 @@ Each positioner has its own knots, so one that moves once has two. Stored ragged
 ``offsets[i]:offsets[i + 1]``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, number, plain, read_only
+from fiberplan.arrays import Frozen, number, plain, read_only, texts
 from fiberplan.errors import TrajectoryError
+
+if TYPE_CHECKING:
+    from astropy.table import QTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +138,25 @@ class Trajectory(Frozen):
             for joint in (0, 1):
                 out[i, :, joint] = np.interp(times, own_times, own_angles[:, joint])
         return out
+
+    def to_table(self, ids: Sequence[str] | None = None) -> "QTable":
+        """A row a knot: positioner, time [s], commanded alpha and beta [deg]; between knots both joints turn evenly.
+
+        Args:
+            ids: (n,) names of the positioners; their indices unless given.
+
+        Raises:
+            TrajectoryError: another number of ids than positioners.
+        """
+        from astropy import units
+        from astropy.table import QTable
+
+        names = np.arange(self.n) if ids is None else np.array(texts(ids, "ids", TrajectoryError), str)
+        if len(names) != self.n:
+            raise TrajectoryError(f"{len(names)} ids for {self.n} positioners")
+        alpha, beta = np.degrees(self.angles).T
+        columns = {"time": self.times * units.s, "alpha": alpha * units.deg, "beta": beta * units.deg}
+        return QTable({"positioner": names[self.owner]} | columns)
 
     @classmethod
     def from_knots(cls, owner: np.ndarray, times: np.ndarray, angles: np.ndarray, n: int) -> "Trajectory":

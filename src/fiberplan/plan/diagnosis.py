@@ -4,13 +4,16 @@ The command line prints it and the page shows it; neither judges anything of its
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiberplan.motion import Trajectory
 from fiberplan.plan.outcomes import Outcome
-from fiberplan.plan.plan import Plan
 from fiberplan.tolerances import ARRIVAL
+
+if TYPE_CHECKING:
+    from fiberplan.plan.plan import Plan
 
 _STILL = 1e-9  # [rad] a joint that turns less between two knots rests there
 _SLOWEST = 3  # how many of the last to stop are listed
@@ -28,6 +31,10 @@ class Loss:
     blockers: tuple[int, ...]  #: positioners in its way; -1 - k is obstacle k
     names: tuple[str, ...]  #: of the blockers
     distance: float  #: left from the fiber to its target [mm]; NaN if no configuration reaches it
+
+    def __str__(self) -> str:
+        blockers = f"; in the way: {', '.join(self.names)}" if self.names else ""
+        return f"{self.id}: {self.cause}{blockers}"
 
 
 @dataclass(frozen=True)
@@ -62,8 +69,11 @@ class Diagnosis:
     alpha: Reversals
     beta: Reversals
 
+    def __repr__(self) -> str:
+        return f"<Diagnosis: {len(self.losses)} losses, {self.makespan:.6g} s, bound {self.lower_bound:.6g} s>"
 
-def diagnose(plan: Plan) -> Diagnosis:
+
+def diagnose(plan: "Plan") -> Diagnosis:
     """Who did not arrive, why, and what set the makespan."""
     alpha, beta = reversals(plan.trajectory).T
     stops = _stops(plan.trajectory)
@@ -79,7 +89,7 @@ def diagnose(plan: Plan) -> Diagnosis:
     )
 
 
-def losses(plan: Plan) -> tuple[Loss, ...]:
+def losses(plan: "Plan") -> tuple[Loss, ...]:
     """Everyone with a target who is not at it in the end: `plan.lost`, and those that cannot move and had one."""
     plane, problem = plan.problem.plane, plan.problem
     away = _distances(plan)
@@ -96,7 +106,7 @@ def losses(plan: Plan) -> tuple[Loss, ...]:
     return tuple(loss(i) for i in sorted({*map(int, plan.lost), *stuck}))
 
 
-def cause(plan: Plan, i: int) -> str:
+def cause(plan: "Plan", i: int) -> str:
     """Why positioner `i` is not at its target, in a sentence."""
     outcome = plan.outcomes[i]
     if outcome is Outcome.DROPPED:
@@ -125,7 +135,7 @@ def reversals(trajectory: Trajectory) -> np.ndarray:
     return out
 
 
-def _distances(plan: Plan) -> np.ndarray:
+def _distances(plan: "Plan") -> np.ndarray:
     """(n,) from each fiber in the end to its target [mm]; NaN where none was asked for or nothing reaches it."""
     plane = plan.problem.plane
     return np.linalg.norm(plane.fibers(plan.trajectory.end) - plane.fibers(plan.problem.requested), axis=1)
@@ -141,7 +151,7 @@ def _stops(trajectory: Trajectory) -> np.ndarray:
     return stops
 
 
-def _slowest(plan: Plan, stops: np.ndarray) -> tuple[Slow, ...]:
+def _slowest(plan: "Plan", stops: np.ndarray) -> tuple[Slow, ...]:
     plane, motion = plan.problem.plane, plan.trajectory
     needed = (np.abs(motion.end - motion.start) / plane.max_speed).max(axis=1)
     order = np.lexsort((np.arange(plane.n), -needed, -np.round(stops, 9)))  # NaN comes last
@@ -149,7 +159,7 @@ def _slowest(plan: Plan, stops: np.ndarray) -> tuple[Slow, ...]:
     return tuple(Slow(i, plane.ids[i], float(stops[i]), float(needed[i])) for i in last)
 
 
-def _bound_by(plan: Plan) -> Slow | None:
+def _bound_by(plan: "Plan") -> Slow | None:
     """Who of those that arrive needs longest, be it at the quickest of the configurations that reach its target."""
     plane, problem = plan.problem.plane, plan.problem
     ends = problem.goal[:, None]

@@ -1,4 +1,4 @@
-"""What becomes of positioners: outcomes that the problem settles before planning, and who was in the way."""
+"""What can become of a positioner, and what of it the problem settles before planning; who was in the way."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum

@@ -5,10 +5,10 @@ error, and the rest is planned around where it waits.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,10 +17,15 @@ from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
 from fiberplan.plan.outcomes import Outcome, contradictions
+from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_plan, positioner_plans
 from fiberplan.plan.seeds import seed_complaint
+from fiberplan.plan.summary import about, summary
 from fiberplan.problem import Problem
 from fiberplan.registry import io_function
 from fiberplan.tolerances import ARRIVAL
+
+if TYPE_CHECKING:
+    from astropy.table import QTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +138,32 @@ class Plan(Frozen):
         asked = arrived + len(self.lost)
         ratio = f" ({self.makespan / self.lower_bound:.2f} x the lower bound)" if self.lower_bound > 0 else ""
         return f"{arrived} of {asked} arrived in {self.makespan:.1f} s{ratio}"
+
+    def __getitem__(self, positioner: str | int) -> PositionerPlan:
+        """What the plan says of one positioner, by id or index.
+
+        Raises:
+            PlanError: there is none (an `errors.UnknownPositionerError`, which is a KeyError, too).
+        """
+        return positioner_plan(self, positioner)
+
+    def __iter__(self) -> Iterator[PositionerPlan]:
+        return positioner_plans(self)
+
+    def summary(self) -> str:
+        """The plan in words: who arrived, makespan and bound, what was lost and why, and what is proven."""
+        return summary(self)
+
+    def to_table(self) -> "QTable":
+        """A row a positioner, in the focal plane's order.
+
+        Columns: positioner (id), outcome; start, goal (as requested; NaN: none) and end, each as commanded alpha and
+        beta [deg], such as goal_alpha; priority, cause (empty where nothing was lost) and blockers, separated by
+        commas. The meta data say what was planned, and how.
+        """
+        table = plan_table(self)
+        table.meta.update(about(self))
+        return table
 
     def write(self, path: str | os.PathLike) -> None:
         """Write everything, with its certificate, as one FITS file.

@@ -6,7 +6,7 @@ gives them. Parity names the elbow solution: +1 is right (beta > 0), -1 left.
 
 import os
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,6 +18,9 @@ from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import reach
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
+
+if TYPE_CHECKING:
+    from astropy.table import QTable, Table
 
 _SHOWN = 4  # how many unreachable targets an error message lists
 _UNITS = {"x": "mm", "y": "mm", "angles": "rad"}
@@ -134,6 +137,34 @@ class Targets(Frozen):
             TargetError: a file, column, unit or value that cannot be used; one line naming it.
         """
         return cls(**io_function("read_columns")(path))
+
+    @classmethod
+    def from_table(cls, table: "Table", masked: Literal["raise", "drop"] = "raise") -> "Targets":
+        """Targets from a table of astropy, with the columns that `read` knows.
+
+        Args:
+            table: a Table or QTable.
+            masked: what to do about rows in which a cell that is needed is masked: refuse them, or leave them out, each
+                with a note that names it. An optional cell that is masked is as one that is empty in a file.
+
+        Raises:
+            TargetError: a column, unit or value that cannot be used; one line naming it.
+        """
+        return cls(**io_function("columns_of")(table, masked))
+
+    def to_table(self) -> "QTable":
+        """The targets as `from_table` takes them, to the last bit: x and y [mm], alpha and beta [rad] where given."""
+        return io_function("table_of")(self)
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Write the targets as a table in the format that the file's name says, such as ECSV, CSV or FITS.
+
+        `read` reads the same targets back. Which positioners are offline or idle only ECSV can say.
+
+        Raises:
+            TargetError: no such format, or a file that cannot be written; what was there before is kept.
+        """
+        io_function("write_targets")(self, path)
 
     def indices(self, plane: FocalPlane) -> np.ndarray:
         """(m,) the positioner each target belongs to.

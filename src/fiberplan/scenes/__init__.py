@@ -5,3 +5,9 @@
 - `clustered`: targets clustered as galaxies are
 - `assigned`: targets for probe arms, each with its arm
 """
+
+from fiberplan.scenes.assigned import assignment_plan
+from fiberplan.scenes.clustered import clustered_targets
+from fiberplan.scenes.uniform import uniform_field
+
+__all__ = ["assignment_plan", "clustered_targets", "uniform_field"]

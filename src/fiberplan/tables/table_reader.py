@@ -39,6 +39,7 @@ class InputTable:
     units: Mapping[str, str] = field(default_factory=dict)
     rows: tuple[str, ...] = ()  #: "line 7" or "row 3", one per row
     error: type[FiberplanError] = FiberplanError  #: what to raise
+    meta: Mapping[str, Any] = field(default_factory=dict)  #: what a file says besides its columns
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -223,11 +224,22 @@ def _read_any(path: Path, content: bytes, error: type[FiberplanError]) -> InputT
             raise error(f"{path}: cannot be read as a table ({one_line(problem)})") from None
     if any("truncated" in str(warning.message) for warning in caught):
         raise error(f"{path}: the file is truncated")
+    return input_table(table, str(path), error, _line_labels(path, content, len(table)))
+
+
+def input_table(table: Table, source: str, error: type[FiberplanError], rows: Sequence[str] = ()) -> InputTable:
+    """A table of astropy; its rows are counted from 1 unless `rows` names them."""
     names = [name for name in table.colnames if isinstance(table[name], Column | u.Quantity)]  # not sky coordinates
-    columns = {name: np.ma.asarray(table[name].value) for name in names}
+    columns = {name: _cells(table[name].value) for name in names}
     units = {name: str(table[name].unit) for name in names if table[name].unit is not None}
-    rows = _line_labels(path, content, len(table)) or tuple(f"row {k + 1}" for k in range(len(table)))
-    return InputTable(str(path), columns, units, rows, error)
+    rows = tuple(rows) or tuple(f"row {k + 1}" for k in range(len(table)))
+    return InputTable(source, columns, units, rows, error, table.meta)
+
+
+def _cells(values: Any) -> np.ndarray:
+    """Values as an array of numpy's masked kind, also of astropy's."""
+    unmasked = getattr(values, "unmasked", None)
+    return np.ma.asarray(values) if unmasked is None else np.ma.array(unmasked, mask=values.mask)
 
 
 def _line_labels(path: Path, content: bytes, count: int) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from time import process_time
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fiberplan.arrays import number, plain
 from fiberplan.errors import PlanError, ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
@@ -37,6 +38,7 @@ def amend(plan: Plan, positioner: int | str, goal: ArrayLike, longer: float = 0.
         PlanError: the plan is not safe as it is.
     """
     begun = process_time()
+    longer = number(longer, "", "amend: longer", ProblemError)
     if not 0 <= longer <= _MOST_LONGER:
         raise ProblemError(f"amend: longer must be a part of the makespan, 0 to {_MOST_LONGER:g}, got {longer:g}")
     i = _index(plan.problem.plane, positioner)
@@ -109,8 +111,9 @@ def _index(plane: FocalPlane, positioner: int | str) -> int:
 
 def _amended_problem(problem: Problem, i: int, goal: ArrayLike) -> Problem:
     """The problem with another goal for positioner `i`, all of it validated anew."""
+    given = plain(goal, "rad", "amend: goal", ProblemError)
     try:
-        angles = np.asarray(goal, float)
+        angles = np.asarray(given, float)
     except (TypeError, ValueError):
         angles = np.empty(0)
     if angles.shape != (2,):

@@ -6,12 +6,14 @@ clear in continuous time; straightening leaves a few knots of it.
 """
 
 import dataclasses
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic, process_time
 
 import numpy as np
 
+from fiberplan.arrays import in_units, number
 from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
@@ -30,6 +32,7 @@ from fiberplan.problem import Problem
 _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
 _HUB_KEEPS_MORE = "the fold hub keeps more than the direct path"
+_logger = logging.getLogger(__name__)
 
 
 @PLANNERS.register("direct")
@@ -50,6 +53,7 @@ class Direct:
     reference = "ours; soft conflicts after MAPF-LNS2 (Li et al., AAAI 2022), breakout weights (Morris, AAAI 1993)"
 
     def __post_init__(self) -> None:
+        in_units(self, {"max_time": "s", "budget": "", "turn": "rad"}, ProblemError)
         refuse_seed(self.name, self.seed)
         for label, unit in (("max_time", " s"), ("budget", ""), ("turn", " rad")):
             value = getattr(self, label)
@@ -74,10 +78,13 @@ class Direct:
         """
         require_two_links(self.name, problem.plane)
         begun = process_time()
-        ends = np.inf if deadline is None else monotonic() + deadline
+        ends = np.inf
+        if deadline is not None:
+            ends = monotonic() + number(deadline, "s", f"{self.name}: deadline", ProblemError)
         search: DirectSearch | None = None
 
         def proceed() -> bool:
+            _logger.debug("direct: %s", search)
             if report is not None:
                 report(str(search))
             return monotonic() < ends
@@ -149,6 +156,7 @@ class Direct:
 
     def _hub(self, problem: Problem, begun: float, losses: Losses, interrupted: bool) -> Plan:
         """The plan of the fold hub, as a plan of this planner, which may know that some cannot arrive at all."""
+        _logger.info("direct: the fold hub is planned")
         hub = GreedyFold(step=_HUB_STEP, seed=self.seed).plan(problem)
         why = "interrupted: the fold hub is the best plan so far" if interrupted else _HUB_KEEPS_MORE
         return dataclasses.replace(

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
@@ -57,6 +58,8 @@ class EllipticNavigationFunction:
     def __post_init__(self) -> None:
         refuse_seed(self.name, self.seed)
         units = {"influence": "mm", "near": "s", "calm": "s", "dt": "s", "patience": "s", "max_time": "s"}
+        push = "rad / (s mm2)"
+        in_units(self, units | {"lambda1": "", "lambda2": push, "lambda3": push, "spread": ""}, ProblemError)
         for label in ("lambda1", "lambda2", "lambda3", *units):
             value = getattr(self, label)
             if not (np.isfinite(value) and value > 0):

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Plan
@@ -47,6 +48,7 @@ class GreedyFold:
     reference = "Sayres2021, section 3"
 
     def __post_init__(self) -> None:
+        in_units(self, {"step": "rad", "max_travel": "rad"}, ProblemError)
         refuse_seed(self.name, self.seed)
         for label in ("step", "max_travel"):
             value = getattr(self, label)

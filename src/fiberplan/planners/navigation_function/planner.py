@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
@@ -23,6 +24,7 @@ from fiberplan.planners.shared.requirements import refuse_seed, require_two_link
 from fiberplan.problem import Problem
 from fiberplan.tolerances import ARRIVAL
 
+_UNITS = {"lambda1": "1 / mm2", "D": "mm", "d": "mm", "dt": "s", "convergence": "mm"}
 MODES = ("repaired", "literal")
 
 
@@ -55,6 +57,7 @@ class NavigationFunction:
     reference = "Makarem2014, section 3"
 
     def __post_init__(self) -> None:
+        in_units(self, _UNITS | {"lambda2": "", "ease": "", "give_up": ""}, ProblemError)
         refuse_seed(self.name, self.seed)
         positive = {
             "lambda1": "weight", "lambda2": "weight", "D": "distance", "d": "distance", "dt": "time",

@@ -5,6 +5,7 @@ from time import process_time
 
 import numpy as np
 
+from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.plan import Plan
 from fiberplan.plan.outcomes import all_blockers
@@ -54,6 +55,7 @@ class PrioritizedRoadmap:
         def refuse(label: str, what: str) -> ProblemError:
             return ProblemError(f"prioritized-roadmap: {label} must be {what}, got {getattr(self, label)}")
 
+        in_units(self, {"dt": "s", "collision_dt": "s", "max_time": "s"}, ProblemError)
         if isinstance(self.grid, str):  # as on the command line, "8x6"
             counts = [int(k) if k.isdigit() else 0 for k in self.grid.split("x")]
             object.__setattr__(self, "grid", tuple(counts))
