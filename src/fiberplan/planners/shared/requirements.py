@@ -34,7 +34,7 @@ def require_exact_steps(planner: str, problem: Problem, dt: float) -> None:
         i, joint = map(int, short[0])
         name, turn = ("alpha", "beta")[joint], plane.max_speed[i, joint] * dt
         raise ProblemError(
-            f"{planner}: dt {dt:g} s is so short that {name} of positioner '{plane.ids[i]}' turns by {turn:.3g} rad in a "
-            f"step, and rounding its angle needs {least[i, joint]:.3g} rad: take a longer dt",
+            f"{planner}: dt {dt:g} s is so short that {name} of positioner '{plane.ids[i]}' turns by {turn:.3g} rad in "
+            f"a step, and rounding its angle needs {least[i, joint]:.3g} rad: take a longer dt",
             (i,),
         )
