@@ -11,6 +11,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
+from fiberplan.planners.direct import planner as direct_planner
 from fiberplan.planners.direct import search as direct_search
 from fiberplan.planners.direct.repair import place_each, repair
 from fiberplan.planners.direct.search import DirectSearch
@@ -271,6 +272,22 @@ def test_ctrl_c_at_any_moment(name, monkeypatch):
         assert plan.interrupted == (next(calls) > moment)
         assert plan.faults() == []
         assert all(outcome in (Outcome.ARRIVED, Outcome.DEADLOCKED) for outcome in plan.outcomes)
+
+
+def test_ctrl_c_while_finishing_loses_nothing(monkeypatch):
+    problem = ring_of_three()
+    straight, calls = direct_planner.straighten, itertools.count()
+
+    def once(*arguments):
+        if next(calls) == 0:
+            raise KeyboardInterrupt
+        return straight(*arguments)
+
+    monkeypatch.setattr(direct_planner, "straighten", once)
+    plan = fp.planners.Direct().plan(problem)
+    assert plan.interrupted
+    assert plan.faults() == []
+    assert set(plan.outcomes) == {Outcome.ARRIVED}
 
 
 def test_what_the_search_has_is_better_than_a_hub_that_keeps_less():

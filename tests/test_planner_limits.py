@@ -12,6 +12,7 @@ from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS, make_latti
 from fiberplan.planners.direct.repair import make_scratch
 from fiberplan.planners.shared.memory import MOST_BYTES, refuse_large
 from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import UNDER_LIMIT
 
 DEG = np.pi / 180.0
 
@@ -84,7 +85,7 @@ def test_the_direct_planner_finds_the_bound_all_the_same(scene):
 def test_lattices_are_bounded_by_what_a_move_takes(scene):
     problem = SCENES[scene]()
     plane, start, goal = problem.plane, problem.start, problem.goal
-    bound = float((np.abs(goal - start) / plane.max_speed).max())
+    bound = float((np.abs(goal - start) / (plane.max_speed * UNDER_LIMIT)).max())
     length = step_length(plane, start, goal, 6 * DEG)
     longest = max(length.longest, bound / MOST_STEPS)
     steps = int(np.ceil(bound / longest))

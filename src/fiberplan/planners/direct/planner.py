@@ -102,7 +102,10 @@ class Direct:
         if search is None:
             return self._hub(problem, begun, Losses.none(problem), interrupted=True)
         if solved:
-            return self._finished(problem, near, search, goals, begun)
+            try:
+                return self._finished(problem, near, search, goals, begun)
+            except KeyboardInterrupt:  # finishing takes a moment, and what is found must not be lost: once more
+                return self._finished(problem, near, search, goals, begun, interrupted=True)
         search.stop_here()
         return self._finished(problem, near, search, goals, begun, interrupted=True)
 

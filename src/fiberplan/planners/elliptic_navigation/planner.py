@@ -20,7 +20,7 @@ from fiberplan.planners.elliptic_navigation.field import Field
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
+from fiberplan.planners.shared.requirements import refuse_seed, require_exact_steps, require_two_links
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
 from fiberplan.tolerances import EQUALITY
@@ -113,6 +113,7 @@ class EllipticNavigationFunction:
     def _check_step(self, problem: Problem) -> None:
         plane = problem.plane
         require_two_links(self.name, plane)
+        require_exact_steps(self.name, problem, self.dt)
         arm = np.hypot(*plane.fiber.T)
         turn = plane.max_speed * self.dt
         step = plane.length * turn[:, 0] + arm * turn.sum(axis=1)

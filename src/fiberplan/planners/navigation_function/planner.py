@@ -20,7 +20,7 @@ from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.navigation_function.run import Descent, Settings
 from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.repulsion import theorem1_bound
-from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
+from fiberplan.planners.shared.requirements import refuse_seed, require_exact_steps, require_two_links
 from fiberplan.problem import Problem
 from fiberplan.tolerances import ARRIVAL
 
@@ -105,6 +105,7 @@ class NavigationFunction:
         """Raise for arms that are not of two links, or that could cross their whole patrol zone in one step."""
         plane = problem.plane
         require_two_links(self.name, plane)
+        require_exact_steps(self.name, problem, self.dt)
         arm = np.hypot(*plane.fiber.T)
         most = plane.length * plane.max_speed[:, 0] + arm * plane.max_speed.sum(axis=1)
         excess = most * self.dt - (plane.length + arm)
