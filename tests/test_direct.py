@@ -275,7 +275,7 @@ def test_ctrl_c_at_any_moment(name, monkeypatch):
 
 
 def test_ctrl_c_while_finishing_loses_nothing(monkeypatch):
-    problem = ring_of_three()
+    problem = pinwheel()
     straight, calls = direct_planner.straighten, itertools.count()
 
     def once(*arguments):
