@@ -7,9 +7,9 @@ import fiberplan as fp
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.greedy_fold.walker import Walker
 from fiberplan.planners.shared.clusters import clusters
-from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.planners.shared.straighten import straighten
+from fiberplan.problem.resting import place_the_rest
 from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 

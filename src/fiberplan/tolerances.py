@@ -16,6 +16,8 @@ EQUALITY = 1e-3  #: start and goal keep this more than the margin: equality cann
 SCENE = 2e-3  #: made-up fields keep this more than the margin [mm]
 NEAR = 3e-3  #: neighbours of a planner come within this of the margin [mm]
 
+OPENING = 1e-6  #: what is lost to rounding and to the proof while a pair comes apart [mm]
+START_RANGE = 8.8e-3  #: a start this far out of a joint's range is accepted, and moves inwards first: 0.5 deg [rad]
 ARRIVAL = 1e-3  #: a fiber this close to its goal has arrived [mm]
 SAME_START = 1e-9  #: a plan begins this close to its problem's start [rad]
 RANGE = 1e-9  #: a joint this far out of its range is at its end [rad]

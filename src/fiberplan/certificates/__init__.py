@@ -2,11 +2,13 @@
 
 - `safety`: `verify`, what it found (`Certificate`, `Contact`, `ZoneEntry`), and which pairs it has to look into
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
+- `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `path`: a trajectory as the proof's kernels take it
 - `unreachable`: `proven_unreachable`, by flooding boxes of joint space
 """
 
+from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
 from fiberplan.certificates.unreachable import proven_unreachable
 
-__all__ = ["Certificate", "Contact", "ZoneEntry", "proven_unreachable", "verify"]
+__all__ = ["Certificate", "Contact", "Opening", "ZoneEntry", "proven_unreachable", "verify"]

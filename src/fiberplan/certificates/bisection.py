@@ -62,13 +62,13 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
 
 
 @inlined
-def _too_short(t0, t, t1, jitter):
+def too_short(t0, t, t1, jitter):
     """Whether [t0, t1] is too short to be split at t."""
     return t1 - t0 <= _JUMP * jitter or not (t0 < t < t1)
 
 
 @leaf
-def _most_looks(path, i, j):
+def more_looks(path, i, j):
     """How often a pair may be looked at: in proportion to its knots, so that a jittery motion is not refused."""
     knots = 0
     for k in (i, j):
@@ -88,7 +88,7 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, end
     """
     starts[0], ends[0], depth = 0.0, path.duration, 1
     lower, upper, when = np.inf, np.inf, 0.0
-    for _ in range(_most_looks(path, i, j)):
+    for _ in range(more_looks(path, i, j)):
         if depth == 0:
             return lower, upper, when
         depth -= 1
@@ -101,7 +101,7 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, end
         wanted = min(cap, upper - tolerance)
         if upper > margin:
             wanted = max(wanted, min(margin, upper))
-        if bound >= wanted or now - bound <= _RESOLVED or _too_short(t0, t, t1, jitter):
+        if bound >= wanted or now - bound <= _RESOLVED or too_short(t0, t, t1, jitter):
             lower = min(lower, bound)
             continue
         if depth + 2 > len(starts):
@@ -116,7 +116,7 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, end
 def first_crossing(arms, path, i, j, margin, jitter, error, known, starts, ends):
     """Earliest time [s] from which the margin could not be shown to hold, given a time at which it does not."""
     starts[0], ends[0], depth = 0.0, known, 1
-    for _ in range(_most_looks(path, i, j)):
+    for _ in range(more_looks(path, i, j)):
         if depth == 0:
             return known
         depth -= 1
@@ -126,7 +126,7 @@ def first_crossing(arms, path, i, j, margin, jitter, error, known, starts, ends)
             continue
         if not (now >= margin):
             depth, known = 0, t  # nothing later matters
-        if _too_short(t0, t, t1, jitter) or depth + 2 > len(starts):
+        if too_short(t0, t, t1, jitter) or depth + 2 > len(starts):
             return t0
         if now >= margin:
             starts[depth], ends[depth] = t, t1

@@ -11,11 +11,12 @@ import numpy as np
 
 from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
+from fiberplan.certificates.opening import Opening, judge_opening
 from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_entries
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
-from fiberplan.tolerances import RANGE, SPEED
+from fiberplan.tolerances import RANGE, SPEED, START_RANGE
 
 TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
 CAP = 2.0  #: ... for pairs that come within this of the margin [mm]; for others it is only known to be larger
@@ -56,6 +57,8 @@ class Certificate(Frozen):
     violations: tuple[str, ...] = ()  #: ranges, speeds, offline positioners that move
     resting: tuple[Contact, ...] = field(default=())  #: contacts of two that cannot move: reported, not a failure
     zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
+    opening: tuple[Opening, ...] = ()  #: pairs that begin nearer than the margin and are proven only to come apart
+    assumptions: tuple[str, ...] = ()  #: what the proof rests on, in words; empty if nothing
 
     def __post_init__(self) -> None:
         for name, dtype in (("pairs", np.int64), ("clearance", float)):
@@ -95,6 +98,7 @@ def verify(
     margin: float = 0.0,
     jitter: float = 0.0,
     position_error: float | np.ndarray = 0.0,
+    opening: bool = False,
 ) -> Certificate:
     """Prove that a motion keeps its distance, ranges and speeds and avoids what it must, or say where it does not.
 
@@ -104,6 +108,8 @@ def verify(
         margin: clearance to keep at all times [mm]; equality cannot be decided.
         jitter: each positioner's clock may be off by this [s].
         position_error: each arm may be off by this, shared or (n,) [mm].
+        opening: pairs that begin nearer than the margin, and joints that begin a little out of range, are no failure if
+            they are proven only to come apart, or back.
 
     Raises:
         TrajectoryError: another number of positioners than the focal plane has, or a negative or non-finite margin,
@@ -128,10 +134,13 @@ def verify(
     low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
 
     moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
+    opened = _opened(plane, path, pairs, errors, low, moves, margin, jitter) if opening else {}
     contacts: list[Contact] = []
     undecided: list[Contact] = []
     resting: list[Contact] = []
     for k in np.flatnonzero(~(low >= margin)):
+        if k in opened:
+            continue
         i, j = (int(arm) for arm in pairs[k])
         contact = Contact((plane.public(i), plane.public(j)), float(when[k]), float(seen[k]))
         if not (moves[i] or moves[j]):
@@ -149,10 +158,41 @@ def verify(
         obstacle_clearance=read_only(low[fixed]),
         contacts=_by_time(contacts),
         undecided=_by_time(undecided),
-        violations=tuple(_violations(plane, trajectory)),
+        violations=tuple(_violations(plane, trajectory, opening)),
         resting=_by_time(resting),
         zones=_zones(plane, path),
+        opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
+        assumptions=tuple(_assumptions(plane)),
     )
+
+
+def _assumptions(plane: FocalPlane) -> Iterable[str]:
+    """What a proof about this focal plane rests on."""
+    yield from plane.assumptions
+    if not plane.bodies:
+        yield "no bodies: nothing can touch"
+
+
+def _opened(
+    plane: FocalPlane,
+    path: Motion,
+    pairs: np.ndarray,
+    errors: np.ndarray,
+    low: np.ndarray,
+    moves: np.ndarray,
+    margin: float,
+    jitter: float,
+) -> dict[int, Opening]:
+    """Of the pairs that do not keep the margin, by row: those that begin nearer and are proven only to come apart."""
+    rows = np.flatnonzero(~(low >= margin) & (moves[pairs[:, 0]] | moves[pairs[:, 1]]))
+    if not len(rows):
+        return {}
+    first, reached, failed = judge_opening(plane.arms, path, read_only(pairs[rows], np.int64), errors, margin, jitter).T
+    return {
+        int(k): Opening((plane.public(pairs[k, 0]), plane.public(pairs[k, 1])), float(first[n]), float(reached[n]))
+        for n, k in enumerate(rows)
+        if np.isnan(failed[n])
+    }
 
 
 def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
@@ -178,12 +218,14 @@ def _by_time(contacts: list[Contact]) -> tuple[Contact, ...]:
     return tuple(sorted(contacts, key=lambda c: (c.time, c.pair)))
 
 
-def _violations(plane: FocalPlane, trajectory: Trajectory) -> Iterable[str]:
+def _violations(plane: FocalPlane, trajectory: Trajectory, opening: bool) -> Iterable[str]:
     """Knots out of range, segments too fast, offline positioners that move; the worst of each kind per positioner."""
     owner, angles, times = trajectory.owner, trajectory.angles, trajectory.times
     online = plane.online[owner]
 
     beyond = np.maximum(plane.lower[owner] - angles, angles - plane.upper[owner])
+    if opening:
+        beyond = np.where(_returning(beyond, trajectory), -np.inf, beyond)
     for i, k, joint in _worst(np.where(online[:, None], beyond, -np.inf), RANGE, owner):
         low, high = np.degrees(plane.lower[i, joint]), np.degrees(plane.upper[i, joint])
         yield (
@@ -202,6 +244,21 @@ def _violations(plane: FocalPlane, trajectory: Trajectory) -> Iterable[str]:
         )
     for i, k, joint in _worst(np.where(online[:, None], -np.inf, np.abs(steps)), 0.0, owner):
         yield f"positioner '{plane.ids[i]}' is offline but its {('alpha', 'beta')[joint]} moves from {times[k]:.3f} s"
+
+
+def _returning(beyond: np.ndarray, trajectory: Trajectory) -> np.ndarray:
+    """(k, 2) knots that are out of range only because the joint began so, by a little, and comes back.
+
+    From its first knot on such a joint gets no farther out; once in range, what follows is judged as ever.
+    """
+    out = np.zeros(beyond.shape, bool)
+    first = trajectory.offsets[:-1]
+    for i, joint in np.argwhere((beyond[first] > RANGE) & (beyond[first] <= START_RANGE)):
+        own = slice(int(trajectory.offsets[i]), int(trajectory.offsets[i + 1]))
+        values = beyond[own, joint]
+        back = int(np.argmax(np.append(values, -np.inf) <= RANGE))
+        out[own, joint][:back] = np.append(True, np.diff(values) <= RANGE)[:back].cumprod().astype(bool)
+    return out
 
 
 def _worst(excess: np.ndarray, allowed: float, owner: np.ndarray) -> list[tuple[int, int, int]]:

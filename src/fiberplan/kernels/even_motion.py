@@ -15,7 +15,7 @@ from fiberplan.tolerances import ROUNDING
 
 
 @inlined
-def _vertex_speed_along(frame_, rates_, link, x, y, nx, ny):
+def vertex_speed_along(frame_, rates_, link, x, y, nx, ny):
     """Speed along the axis n of a body point at (x, y) on `link`, whose links turn at `rates_` [mm/s]."""
     bx, by, ex, ey = frame_[0], frame_[1], frame_[2], frame_[3]
     if link == 2:
@@ -53,12 +53,12 @@ def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h
             for k in range(arms.piece[p].first, arms.piece[p].last):
                 x, y = vertex(arms, frame_i, arms.piece[p].link, k)
                 along = x * nx + y * ny
-                drift = h * _vertex_speed_along(frame_i, rates_i, arms.piece[p].link, x, y, nx, ny)
+                drift = h * vertex_speed_along(frame_i, rates_i, arms.piece[p].link, x, y, nx, ny)
                 late_p, early_p = max(late_p, along + drift), max(early_p, along - drift)
             for k in range(arms.piece[q].first, arms.piece[q].last):
                 x, y = vertex(arms, frame_j, arms.piece[q].link, k)
                 along = x * nx + y * ny
-                drift = h * _vertex_speed_along(frame_j, rates_j, arms.piece[q].link, x, y, nx, ny)
+                drift = h * vertex_speed_along(frame_j, rates_j, arms.piece[q].link, x, y, nx, ny)
                 late_q, early_q = min(late_q, along + drift), min(early_q, along - drift)
             bound = min(bound, max(-radii, min(late_q - late_p, early_q - early_p) - bend - radii))
     return now, bound - ROUNDING

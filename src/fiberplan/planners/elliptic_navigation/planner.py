@@ -21,8 +21,8 @@ from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, we
 from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.goal_configurations import faster_goals
 from fiberplan.planners.shared.requirements import refuse_seed, require_exact_steps, require_two_links
-from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
+from fiberplan.problem.resting import place_the_rest
 from fiberplan.tolerances import EQUALITY
 
 RELIEFS = ("layers", "none")

@@ -14,8 +14,8 @@ from fiberplan.plan import Outcome
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.greedy_fold.joint_relief import Fold
 from fiberplan.planners.shared.clusters import clusters
-from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
+from fiberplan.problem.resting import place_the_rest
 from fiberplan.tolerances import EQUALITY
 
 _REPLACEMENTS = 10  # targets tried for one positioner before it is held

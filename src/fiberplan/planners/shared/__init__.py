@@ -7,7 +7,6 @@
 - `memory`: refuses what would take too much memory, before it is taken (direct, greedy_fold,
   navigation_function, prioritized_roadmap, and `recording` here)
 - `clusters`: positioners that could touch, grouped (greedy_fold, and `joint_paths` here)
-- `resting`: a safe place for every positioner without a goal (greedy_fold, elliptic_navigation)
 - `safe_steps`: a step of all at once, granted as far as it is proven clear (navigation_function, elliptic_navigation)
 - `step_limits`: speed and range limits of a step (navigation_function, elliptic_navigation)
 - `repulsion`: the repulsive term of Makarem2014, sign mended (navigation_function, elliptic_navigation)

@@ -7,8 +7,8 @@ import numpy as np
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
+from fiberplan.problem.resting import place_the_rest
 from fiberplan.scenes.clustered import clustered_targets
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import EQUALITY

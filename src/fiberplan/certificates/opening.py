@@ -1,0 +1,150 @@
+"""A pair that begins nearer than the margin may only come apart.
+
+It keeps the clearance that it begins with until it has the margin, and from then on the margin holds.
+
+Clearance is signed here (`fiberplan.kernels.depth`), so that arms which overlap can be shown to come apart. The
+intervals of a motion are taken in the order of time. One is accepted if the margin holds in it, or, before that has
+happened for the first time, if the clearance of the beginning does.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.certificates.bisection import more_looks, too_short
+from fiberplan.certificates.path import knot_near_middle, state, top_speed
+from fiberplan.kernels.arms import frame, vertex
+from fiberplan.kernels.clearance import meet
+from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.depth import signed_clearance, signed_gap
+from fiberplan.kernels.even_motion import vertex_speed_along
+from fiberplan.kernels.four_bar import largest_acceleration, rates
+from fiberplan.tolerances import OPENING, ROUNDING
+
+_DEPTH = 256  # of the stack of intervals still to evaluate
+
+
+class Opening(NamedTuple):
+    """Two that begin nearer than the margin and only come apart."""
+
+    pair: tuple[int, int]  #: positioners; -1 - k is obstacle k
+    clearance: float  #: at the start [mm]; negative: overlap
+    time: float  #: from which the margin holds [s]; inf: never, and then they never come nearer
+
+
+@leaf
+def _signed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h):
+    """Signed clearance now, and a lower bound of it within +-h [s] of now at constant joint speeds [mm]."""
+    bend = largest_acceleration(arms, i, frame_i, va_i, vb_i, h) + largest_acceleration(arms, j, frame_j, va_j, vb_j, h)
+    bend *= 0.5 * h * h
+    rates_i, rates_j = rates(arms, i, frame_i, va_i, vb_i), rates(arms, j, frame_j, va_j, vb_j)
+    now, bound = np.inf, np.inf
+    for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+        for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
+            if not meet(arms, p, q):
+                continue
+            gap, nx, ny = signed_gap(arms, frame_i, p, frame_j, q)
+            radii = arms.piece[p].radius + arms.piece[q].radius
+            if np.isnan(gap):
+                return gap, -np.inf
+            now = min(now, gap - radii)
+            late_p, early_p, late_q, early_q = -np.inf, -np.inf, np.inf, np.inf
+            for k in range(arms.piece[p].first, arms.piece[p].last):
+                x, y = vertex(arms, frame_i, arms.piece[p].link, k)
+                along = x * nx + y * ny
+                drift = h * vertex_speed_along(frame_i, rates_i, arms.piece[p].link, x, y, nx, ny)
+                late_p, early_p = max(late_p, along + drift), max(early_p, along - drift)
+            for k in range(arms.piece[q].first, arms.piece[q].last):
+                x, y = vertex(arms, frame_j, arms.piece[q].link, k)
+                along = x * nx + y * ny
+                drift = h * vertex_speed_along(frame_j, rates_j, arms.piece[q].link, x, y, nx, ny)
+                late_q, early_q = min(late_q, along + drift), min(early_q, along - drift)
+            bound = min(bound, min(late_q - late_p, early_q - early_p) - bend - radii)
+    return now, bound - ROUNDING
+
+
+@leaf
+def _pad(path, i, j, t0, t1, jitter, error):
+    """What position errors and clock jitter can take from a pair's clearance in [t0, t1] [mm]."""
+    if jitter > 0.0:
+        error += jitter * (top_speed(path, i, t0 - jitter, t1 + jitter) + top_speed(path, j, t0 - jitter, t1 + jitter))
+    return error
+
+
+@leaf
+def _signed_interval(arms, path, i, j, t0, t1, jitter, error):
+    """As `bisection.interval_bound`, of the signed clearance."""
+    t = 0.5 * (t0 + t1)
+    if t >= t1:
+        t = t0
+    knot_i, knot_j = knot_near_middle(path, i, t0, t1, t), knot_near_middle(path, j, t0, t1, t)
+    smooth = np.isnan(knot_i) and np.isnan(knot_j)
+    if not smooth:
+        t = knot_i if not (abs(knot_j - t) <= abs(knot_i - t)) and not np.isnan(knot_i) else knot_j
+    a_i, b_i, va_i, vb_i, far_i = state(path, i, t)
+    a_j, b_j, va_j, vb_j, far_j = state(path, j, t)
+    if smooth:
+        frame_i, frame_j = frame(arms, i, a_i, b_i), frame(arms, j, a_j, b_j)
+        now, bound = _signed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, max(t - t0, t1 - t))
+    else:
+        now, bound = signed_clearance(arms, i, a_i, b_i, j, a_j, b_j), -np.inf
+    _, _, _, _, begin_i = state(path, i, t0)
+    _, _, _, _, begin_j = state(path, j, t0)
+    _, _, _, _, end_i = state(path, i, t1)
+    _, _, _, _, end_j = state(path, j, t1)
+    before, after = far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j
+    if before + after < np.inf:
+        bound = max(bound, now - max(before, after) - ROUNDING)  # a depth, too, changes no faster than the arms move
+    return t, now - _pad(path, i, j, t, t, jitter, error), bound - _pad(path, i, j, t0, t1, jitter, error)
+
+
+@leaf
+def _opens(arms, path, i, j, margin, jitter, error, starts, ends):
+    """Clearance at the start [mm], when the margin is reached [s], and when the rule could not be shown to hold [s]."""
+    a_i, b_i, _, _, _ = state(path, i, 0.0)
+    a_j, b_j, _, _, _ = state(path, j, 0.0)
+    first = signed_clearance(arms, i, a_i, b_i, j, a_j, b_j) - _pad(path, i, j, 0.0, 0.0, jitter, error)
+    floor, reached = first - OPENING, np.inf
+    if not (first < margin):
+        return first, 0.0, 0.0  # nothing to open, or no number
+    starts[0], ends[0], depth = 0.0, path.duration, 1
+    for _ in range(more_looks(path, i, j)):
+        if depth == 0:
+            return first, reached, np.nan
+        depth -= 1
+        t0, t1 = starts[depth], ends[depth]
+        t, now, bound = _signed_interval(arms, path, i, j, t0, t1, jitter, error)
+        if bound >= margin:
+            reached = min(reached, t0)
+            continue
+        before = reached == np.inf
+        if before and bound >= floor and not (now >= margin):
+            continue
+        if not (now >= floor) or (not before and not (now >= margin)):
+            return first, reached, t
+        if too_short(t0, t, t1, jitter) or now - bound <= 3.0 * ROUNDING:
+            if before and bound >= floor:
+                continue
+            return first, reached, t
+        if depth + 2 > len(starts):
+            return first, reached, t
+        starts[depth], ends[depth] = t, t1
+        starts[depth + 1], ends[depth + 1] = t0, t
+        depth += 2
+    return first, reached, path.duration
+
+
+@kernel
+def judge_opening(arms, path, pairs, errors, margin, jitter):
+    """For each pair: signed clearance at the start, when it has the margin, when the rule fails (NaN: it holds).
+
+    Returns:
+        (m, 3) [mm, s, s].
+    """
+    out = np.empty((len(pairs), 3))
+    starts, ends = np.empty(_DEPTH), np.empty(_DEPTH)
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        error = errors[i] + errors[j]
+        out[k, 0], out[k, 1], out[k, 2] = _opens(arms, path, i, j, margin, jitter, error, starts, ends)
+    return out
