@@ -44,7 +44,7 @@ class Losses:
     @property
     def unproven(self) -> bool:
         """Whether anything was given up without proof that it had to be."""
-        return any(i not in self.unreachable for i in self.given_up)
+        return any(i not in self.late and i not in self.unreachable for i in self.given_up)
 
     def outcomes(self, problem: Problem) -> tuple[Outcome, ...]:
         """An outcome for every positioner, the first that fits."""
