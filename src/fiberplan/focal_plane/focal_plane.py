@@ -163,7 +163,7 @@ class FocalPlane(Frozen):
     @cached_property
     def index(self) -> dict[str, int]:
         """Positioner id -> index."""
-        return {id_: i for i, id_ in enumerate(self.ids)}
+        return FrozenDict((id_, i) for i, id_ in enumerate(self.ids))
 
     def replace(self, **changes: Any) -> "FocalPlane":
         """The same focal plane with some fields changed."""
