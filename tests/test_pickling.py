@@ -89,8 +89,9 @@ def test_a_certificate_does_not_survive_a_changed_motion(small_plan):
 @pytest.mark.parametrize("way", WAYS)
 def test_mappings_cannot_be_changed(way, small_plan):
     for plan in (small_plan, WAYS[way](small_plan)):
+        assert plan.problem.plane.index["R0C1"] == 2
         held = {**vars(plan), **vars(plan.problem), **vars(plan.problem.plane)}
-        for name in ("parameters", "blockers", "timings", "dropped", "fiber_offsets"):
+        for name in ("parameters", "blockers", "timings", "dropped", "fiber_offsets", "index"):
             mapping = held[name]
             assert mapping
             key = next(iter(mapping))

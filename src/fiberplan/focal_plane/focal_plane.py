@@ -174,7 +174,7 @@ class FocalPlane(Frozen):
     @cached_property
     def index(self) -> dict[str, int]:
         """Positioner id -> index."""
-        return {id_: i for i, id_ in enumerate(self.ids)}
+        return FrozenDict((id_, i) for i, id_ in enumerate(self.ids))
 
     @cached_property
     def names(self) -> Mapping[str, int]:
