@@ -1,12 +1,15 @@
 """What is asked of a planner, validated before any planning.
 
 - `targets`: where fibers are wanted, and the joint angles that put them there
+- `state`: where everyone stands, who can move, how well that is known; `guesses` and `resting`: where to stand when
+  that is unknown, or when there is nowhere to go
 - `problem`: from where, to where, how far apart, what matters most; which goals are refused or dropped, and why
 - `configuration_choice`: of several configurations that reach the same targets, those that do not touch
 - `least_cover`: the goals of least total priority whose loss settles every contact
 """
 
 from fiberplan.problem.problem import Dropped, Problem
+from fiberplan.problem.state import State
 from fiberplan.problem.targets import Targets
 
-__all__ = ["Dropped", "Problem", "Targets"]
+__all__ = ["Dropped", "Problem", "State", "Targets"]

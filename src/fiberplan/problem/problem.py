@@ -7,6 +7,7 @@ row means "anywhere safe". A goal that cannot be kept is refused, or with ``conf
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -16,11 +17,42 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
 from fiberplan.problem.configuration_choice import clear_goals
+from fiberplan.problem.guesses import fitted
 from fiberplan.problem.least_cover import least_loss
+from fiberplan.problem.state import State
 from fiberplan.problem.targets import Targets, refuse_unreachable
-from fiberplan.tolerances import EQUALITY
+from fiberplan.tolerances import EQUALITY, RANGE, START_RANGE
 
 _SHOWN = 4  # how many contacts an error message lists
+
+
+def _with_unknown(plane: FocalPlane, targets: Targets, start: np.ndarray | State | None) -> State:
+    """The state to begin in: who has no position in the targets' source is offline, where the start says or folded."""
+    if isinstance(start, State):
+        state = start
+    else:
+        angles = plane.folded if start is None else read_only(start, unit="rad", name="start", error=ProblemError)
+        unsaid = np.zeros(plane.n, bool)
+        if angles.shape == (plane.n, 2):
+            lost = [plane.names[id_] for id_ in targets.offline]
+            unsaid[lost] = True if start is None else np.isnan(angles[lost]).any(axis=1)
+            angles = np.where(unsaid[:, None], plane.folded, angles)
+        if angles.shape != (plane.n, 2):
+            raise ProblemError(f"start must have shape ({plane.n}, 2), got {angles.shape}")
+        bad = np.flatnonzero(~np.isfinite(angles).all(axis=1))
+        if len(bad):
+            raise ProblemError(f"start: positioner '{plane.ids[bad[0]]}' has no finite angles", (int(bad[0]),))
+        state = State(angles, plane.online, unknown=unsaid, source=targets.source)
+    online, notes = state.online.copy(), list(state.notes)
+    for id_ in targets.offline:
+        i = plane.names[id_]
+        online[i] = False
+        alpha, beta = np.degrees(state.angles[i])
+        notes.append(
+            f"positioner '{id_}': its position is unknown in {targets.source}, so it is taken as offline, "
+            f"{'folded' if state.unknown[i] else 'where the start says'}, at alpha {alpha:.6g}, beta {beta:.6g} deg"
+        )
+    return State(state.angles, online, state.position_error, state.unknown, state.source, tuple(notes))
 
 
 @dataclass(frozen=True)
@@ -44,17 +76,25 @@ class Problem(Frozen):
     """
 
     plane: FocalPlane
-    start: np.ndarray  #: (n, 2) commanded alpha, beta [rad]
+    start: np.ndarray  #: (n, 2) commanded alpha, beta [rad]; a `State` is taken, too
     goal: np.ndarray  #: (n, 2) [rad]; NaN rows: anywhere safe
     margin: float = 0.0  #: clearance to keep at all times [mm]
     priority: np.ndarray | None = None  #: (n,) larger matters more; 1 unless given
     conflicts: Literal["raise", "drop"] = "raise"
     alternatives: np.ndarray | None = None  #: (n, k, 2) other configurations that reach the same targets, NaN-padded
     dropped: Mapping[int, Dropped] = field(default_factory=dict)  #: goals given up, by positioner
-    notes: tuple[str, ...] = ()  #: assumptions that belong in the plan
+    notes: tuple[str, ...] = ()  #: what belongs in the plan beside its motion
+    position_error: np.ndarray | None = (
+        None  #: (n,) more room for some: how far off each arm may be [mm]; 0 unless given
+    )
+    near_start: Literal["raise", "open"] = "raise"  #: a start nearer than the margin is refused, or opened first
+    assumptions: tuple[str, ...] = ()  #: what a proof of the plan rests on, beside those of the focal plane
+    state: State | None = None  #: where `start` comes from, where it is more than angles
     requested: np.ndarray = field(init=False)  #: (n, 2) the goals before any were dropped
 
     def __post_init__(self) -> None:
+        if isinstance(self.start, State):
+            self._take_state(self.start)
         self._check_values()
         object.__setattr__(self, "requested", self.goal)
         self._check_start()
@@ -92,9 +132,34 @@ class Problem(Frozen):
             raise ProblemError(f"goal: {problem._name(i)} has a goal that is not the one it was asked for", (i,))
         return problem
 
+    def _take_state(self, state: State) -> None:
+        """A start that says who can move and how well it is known; guesses are fitted to those whose place is known."""
+        plane, n = self.plane, self.plane.n
+        if len(state.angles) != n:
+            raise ProblemError(f"{state.source}: a state of {len(state.angles)} positioners for {n}")
+        if not (plane.online <= state.online).all():
+            plane = plane.replace(online=plane.online & state.online)
+        given = np.zeros(n) if self.position_error is None else read_only(self.position_error, unit="mm")
+        start, guesses = fitted(plane, state, float(self.margin) + EQUALITY)
+        object.__setattr__(self, "plane", plane)
+        object.__setattr__(self, "state", state)
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "position_error", np.maximum(given, state.position_error))
+        object.__setattr__(self, "notes", (*self.notes, *state.notes))
+        object.__setattr__(self, "assumptions", (*self.assumptions, *guesses))
+
     def _check_values(self) -> None:
         """Arrays through the door, and values that can be meant."""
         n = self.plane.n
+        error = np.zeros(n) if self.position_error is None else self.position_error
+        error = read_only(error, unit="mm", name="position error", error=ProblemError)
+        error = read_only(np.broadcast_to(error, (n,)) if error.ndim == 0 else error)
+        if error.shape != (n,) or not np.all(np.isfinite(error) & (error >= 0)):
+            raise ProblemError(f"position error must be one length or {n}, of 0 mm or more")
+        object.__setattr__(self, "position_error", error)
+        object.__setattr__(self, "assumptions", tuple(self.assumptions))
+        if self.near_start not in ("raise", "open"):
+            raise ProblemError(f"near_start must be 'raise' or 'open', got '{self.near_start}'")
         for name in ("start", "goal"):
             object.__setattr__(self, name, self._configuration(name, getattr(self, name)))
         if self.alternatives is not None:
@@ -150,9 +215,11 @@ class Problem(Frozen):
         cls,
         plane: FocalPlane,
         targets: Targets,
-        start: np.ndarray | None = None,
+        start: np.ndarray | State | None = None,
         margin: float = 0.0,
         conflicts: Literal["raise", "drop"] = "raise",
+        near_start: Literal["raise", "open"] = "open",
+        position_error: np.ndarray | float | None = None,
     ) -> "Problem":
         """The problem of bringing every positioner to its target.
 
@@ -163,8 +230,11 @@ class Problem(Frozen):
         Args:
             plane: the array.
             targets: at most one per positioner.
-            start: (n, 2) commanded angles [rad], folded unless given; NaN rows of unknown positions count as folded.
+            start: a state, or (n, 2) commanded angles [rad]; folded unless given; NaN rows of unknown positions count
+                as folded.
             margin: clearance to keep at all times [mm].
+            near_start: "open" lets pairs that begin nearer than the margin come apart first, "raise" refuses them.
+            position_error: (n,) or shared: how far off each arm may be [mm].
             conflicts: "drop" gives up targets that are out of reach, or touch something at rest, instead of refusing.
 
         Raises:
@@ -184,23 +254,9 @@ class Problem(Frozen):
                 raise ProblemError(
                     f"goal: positioners {names} touch in all configurations that reach their targets", pair
                 )
-        begin = plane.folded if start is None else read_only(start, unit="rad", name="start", error=ProblemError)
-        where = begin.copy()
-        online, notes = plane.online.copy(), list(targets.notes)
-        for id_ in targets.offline:
-            i = plane.names[id_]
-            online[i] = False
-            stated = start is not None and where.shape == (plane.n, 2) and bool(np.isfinite(where[i]).all())
-            if not stated and where.shape == (plane.n, 2):
-                where[i] = plane.folded[i]
-            alpha, beta = np.degrees(where[i] if stated else plane.folded[i])
-            notes.append(
-                f"positioner '{id_}': its position is unknown in {targets.source}, so it is taken as offline, "
-                f"{'where the start says' if stated else 'folded'}, at alpha {alpha:.6g}, beta {beta:.6g} deg"
-            )
         return cls(
-            plane if online.all() else plane.replace(online=online),
-            start=where,
+            plane,
+            start=_with_unknown(plane, targets, start),  # type: ignore[arg-type]
             goal=goal,
             margin=margin,
             priority=solution.priority,
@@ -208,8 +264,26 @@ class Problem(Frozen):
             alternatives=solution.alternatives if solution.alternatives.shape[1] else None,
             dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()}
             | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()},
-            notes=tuple(notes),
+            notes=targets.notes,
+            near_start=near_start,
+            position_error=position_error,  # type: ignore[arg-type]
         )
+
+    @cached_property
+    def roomy(self) -> FocalPlane:
+        """The focal plane with bodies thicker by their arms' position errors: clearances in it allow for the errors."""
+        error = self.position_error
+        assert error is not None  # set on construction
+        if not error.any():
+            return self.plane
+        return self.plane.replace(
+            bodies=tuple(dataclasses.replace(body, radius=body.radius + error) for body in self.plane.bodies)
+        )
+
+    @cached_property
+    def opening(self) -> tuple[tuple[int, int, float], ...]:
+        """Pairs that begin nearer than a planner can begin with: positioner, positioner or -1 - k, clearance [mm]."""
+        return tuple((a, self.plane.public(b), gap) for a, b, gap in self._contacts(self.start))
 
     @property
     def n(self) -> int:
@@ -227,14 +301,14 @@ class Problem(Frozen):
             return f"positioner '{self.plane.ids[arm]}'"
         return f"obstacle '{self.plane.obstacles[arm - self.n].name}'"
 
-    def _out_of_range(self, angles: np.ndarray) -> dict[int, str]:
+    def _out_of_range(self, angles: np.ndarray, allowed: float = RANGE) -> dict[int, str]:
         """Positioner -> complaint, for angles outside the joint ranges or in a zone of avoidance (NaN rows are not)."""
         plane = self.plane
         zones = {
             i: f"{self._name(i)}: {plane.avoidance(i, angles)}"
             for i in map(int, np.flatnonzero(plane.in_avoidance(angles)))
         }
-        outside = np.argwhere((angles < plane.lower - 1e-9) | (angles > plane.upper + 1e-9))
+        outside = np.argwhere((angles < plane.lower - allowed) | (angles > plane.upper + allowed))
         return zones | {
             int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {np.degrees(angles[i, k]):.6g} deg is outside "
             f"{np.degrees(plane.lower[i, k]):.6g} to {np.degrees(plane.upper[i, k]):.6g} deg"
@@ -246,7 +320,7 @@ class Problem(Frozen):
 
         Arms without angles (NaN rows) are nowhere, and touch nothing.
         """
-        plane, needed = self.plane, self.margin + EQUALITY
+        plane, needed = self.roomy, self.margin + EQUALITY
         pairs = plane.arm_pairs_within(needed)
         there = np.concatenate([~np.isnan(angles[:, 0]), np.ones(len(plane.obstacles), bool)])
         moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
@@ -257,8 +331,12 @@ class Problem(Frozen):
         return [(int(a), int(b), float(gap)) for (a, b), gap in zip(pairs[touching], gaps[touching], strict=True)]
 
     def _contact_text(self, a: int, b: int, gap: float) -> str:
-        overlap = f"overlap by {self.margin + EQUALITY - gap:.3f} mm"
-        return f"{self._name(a)} and {self._name(b)} {overlap} (clearance {gap:.3f} mm, margin {self.margin:g} mm)"
+        """Two that are too near; "overlap" only where surfaces do."""
+        names = f"{self._name(a)} and {self._name(b)}"
+        if gap < 0:
+            return f"{names} overlap (clearance {gap:.3f} mm, margin {self.margin:g} mm)"
+        digits = 3 if abs(gap - self.margin) >= 5e-4 else 6  # enough for the two numbers to differ
+        return f"{names} are {gap:.{digits}f} mm apart, nearer than the margin of {self.margin:g} mm"
 
     def _refuse_contacts(self, what: str, contacts: list[tuple[int, int, float]]) -> None:
         if not contacts:
@@ -273,10 +351,13 @@ class Problem(Frozen):
         bad = np.flatnonzero(~np.all(np.isfinite(self.start), axis=1))
         if len(bad):
             raise ProblemError(f"start: {self._name(bad[0])} has no finite angles", (int(bad[0]),))
-        outside = self._out_of_range(self.start)
-        if outside:
-            raise ProblemError(f"start: {next(iter(outside.values()))}", tuple(outside))
-        self._refuse_contacts("start", self._contacts(self.start))
+        far = self._out_of_range(self.start, START_RANGE if self.near_start == "open" else RANGE)
+        if far:
+            raise ProblemError(f"start: {next(iter(far.values()))}", tuple(far))
+        if self.near_start == "raise":
+            self._refuse_contacts(
+                "start", [c for c in self._contacts(self.start) if not c[2] >= self.margin - EQUALITY]
+            )
 
     def _settle_goals(self) -> None:
         """Refuse or drop the goals that cannot be kept, and clear the rows that no planner has to reach."""
