@@ -99,6 +99,13 @@ def _signed_interval(arms, path, i, j, t0, t1, jitter, error):
 
 
 @leaf
+def _has_margin(arms, path, i, j, t, margin):
+    a_i, b_i, _, _, _ = state(path, i, t)
+    a_j, b_j, _, _, _ = state(path, j, t)
+    return signed_clearance(arms, i, a_i, b_i, j, a_j, b_j) >= margin
+
+
+@leaf
 def _opens(arms, path, i, j, margin, jitter, error, starts, ends):
     """Clearance at the start [mm], when the margin is reached [s], and when the rule could not be shown to hold [s]."""
     a_i, b_i, _, _, _ = state(path, i, 0.0)
@@ -118,7 +125,7 @@ def _opens(arms, path, i, j, margin, jitter, error, starts, ends):
             reached = min(reached, t0)
             continue
         before = reached == np.inf
-        if before and bound >= floor and not (now >= margin):
+        if before and bound >= floor and not (now >= margin) and not _has_margin(arms, path, i, j, t1, margin + error):
             continue
         if not (now >= floor) or (not before and not (now >= margin)):
             return first, reached, t

@@ -16,7 +16,7 @@ from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_en
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
-from fiberplan.tolerances import RANGE, SPEED, START_RANGE
+from fiberplan.tolerances import OPENING, RANGE, SPEED, START_RANGE
 
 TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
 CAP = 2.0  #: ... for pairs that come within this of the margin [mm]; for others it is only known to be larger
@@ -86,7 +86,8 @@ class Certificate(Frozen):
                 if count
                 else "nothing is within reach"
             )
-            return f"safe: {proven} (margin {self.margin:g} mm, {count} pairs)"
+            nearer = f"; {len(self.opening)} begin nearer and only come apart" if self.opening else ""
+            return f"safe: {proven} (margin {self.margin:g} mm, {count} pairs{nearer})"
         parts = [(len(self.contacts), "contacts"), (len(self.undecided), "undecided pairs")]
         parts += [(len(self.violations), "violations"), (len(self.zones), "zones of avoidance entered")]
         return "not safe: " + ", ".join(f"{number} {what}" for number, what in parts if number)
@@ -135,6 +136,9 @@ def verify(
 
     moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
     opened = _opened(plane, path, pairs, errors, low, moves, margin, jitter) if opening else {}
+    low = low.copy()
+    for row, pair in opened.items():
+        low[row] = pair.clearance - OPENING
     contacts: list[Contact] = []
     undecided: list[Contact] = []
     resting: list[Contact] = []

@@ -7,6 +7,7 @@
 - `segments`: distances between points and segments
 - `clearance`: clearance of two arms, bodies and all
 - `depth`: clearance with a sign: how far arms that overlap would have to be moved apart
+- `slopes`: how signed clearances change as joints turn
 - `sweep`: whether a pair is clear over a whole step (first order)
 - `even_motion`: a lower bound of clearance over an interval of even motion (second order)
 - `neighbours`: neighbour lists in O(n)

@@ -50,7 +50,9 @@ def contradictions(problem: Problem, outcomes: Sequence[Outcome]) -> Iterator[tu
         Outcome.NO_TARGET: "no goal is requested of it",
         None: "it is online and has a goal",
     }
+    near = {i for a, b, _ in problem.opening for i in (a, b)} if Outcome.DEADLOCKED in outcomes else set()
     for i, (must, given) in enumerate(zip(settled.tolist(), outcomes, strict=True)):
         open_ = must is None and given not in (Outcome.OFFLINE, Outcome.NO_TARGET) and isinstance(given, Outcome)
+        open_ |= must is Outcome.NO_TARGET and given is Outcome.DEADLOCKED and i in near  # wedged where it stands
         if given is not must and not open_:
             yield i, f"its outcome is {getattr(given, 'name', given)}, but {reasons[must]}"

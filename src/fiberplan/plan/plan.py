@@ -4,6 +4,7 @@ Complete or not, the trajectory begins at the problem's start; a positioner that
 error, and the rest is planned around where it waits.
 """
 
+import dataclasses
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -20,7 +21,7 @@ from fiberplan.plan.outcomes import Outcome, contradictions
 from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_plan, positioner_plans
 from fiberplan.plan.seeds import seed_complaint
 from fiberplan.plan.summary import about, summary
-from fiberplan.problem import Problem
+from fiberplan.problem import Problem, State
 from fiberplan.registry import io_function
 from fiberplan.tolerances import ARRIVAL
 
@@ -86,7 +87,15 @@ class Plan(Frozen):
     @cached_property
     def certificate(self) -> Certificate:
         """Proof that the motion is safe at the problem's margin, by the independent `fiberplan.verify`."""
-        return verify(self.problem.plane, self.trajectory, self.problem.margin)
+        problem = self.problem
+        proof = verify(
+            problem.plane,
+            self.trajectory,
+            problem.margin,
+            position_error=0.0 if problem.position_error is None else problem.position_error,
+            opening=problem.near_start == "open" or problem.needs_opening,
+        )
+        return dataclasses.replace(proof, assumptions=(*proof.assumptions, *problem.assumptions))
 
     def having(self, outcome: Outcome) -> np.ndarray:
         """Indices of the positioners with this outcome."""
@@ -94,10 +103,29 @@ class Plan(Frozen):
 
     @property
     def lost(self) -> np.ndarray:
-        """Indices of the positioners that had a target and do not arrive at it."""
-        return np.sort(
-            np.concatenate([self.having(o) for o in (Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED)])
-        )
+        """Indices of the positioners that had a target and do not end at it, those that cannot move included."""
+        asked = ~np.isnan(self.problem.requested[:, 0])
+        asked[list(self.problem.dropped)] = True
+        failed = {Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED}
+        gone = np.array([outcome in failed for outcome in self.outcomes], bool)
+        stuck = np.array([outcome is Outcome.OFFLINE for outcome in self.outcomes], bool)
+        if (stuck & asked).any():
+            plane, problem = self.problem.plane, self.problem
+            away = np.linalg.norm(plane.fibers(self.trajectory.end) - plane.fibers(problem.requested), axis=1)
+            gone |= stuck & ~(away <= ARRIVAL)
+        return np.flatnonzero(gone & asked)
+
+    def state_at(self, t: float) -> State:
+        """Where everyone is at time `t` [s] of the motion."""
+        problem = self.problem
+        unknown = np.zeros(problem.n, bool) if problem.state is None else problem.state.unknown
+        error = np.zeros(problem.n) if problem.position_error is None else problem.position_error
+        return State(self.trajectory.at(t), problem.plane.online, error, unknown, f"plan at {float(t):g} s")
+
+    @property
+    def end(self) -> State:
+        """Where everyone is in the end."""
+        return self.state_at(self.makespan)
 
     @property
     def kept(self) -> float:

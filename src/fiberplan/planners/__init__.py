@@ -68,6 +68,7 @@ from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.navigation_function import NavigationFunction
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.planners.protocol import PLANNERS, Planner
+from fiberplan.planners.separating import separate
 
 __all__ = [
     "PLANNERS",
@@ -78,4 +79,5 @@ __all__ = [
     "Planner",
     "PrioritizedRoadmap",
     "amend",
+    "separate",
 ]

@@ -283,7 +283,16 @@ class Problem(Frozen):
     @cached_property
     def opening(self) -> tuple[tuple[int, int, float], ...]:
         """Pairs that begin nearer than a planner can begin with: positioner, positioner or -1 - k, clearance [mm]."""
-        return tuple((a, self.plane.public(b), gap) for a, b, gap in self._contacts(self.start))
+        return tuple((a, self.plane.public(b), gap) for a, b, gap in self._start_contacts)
+
+    @cached_property
+    def _start_contacts(self) -> list[tuple[int, int, float]]:
+        return self._contacts(self.start)
+
+    @property
+    def needs_opening(self) -> bool:
+        """Whether the start is nearer than a planner can begin with, or a joint of it a little out of range."""
+        return bool(self.opening) or bool(self._out_of_range(self.start))
 
     @property
     def n(self) -> int:
@@ -355,9 +364,7 @@ class Problem(Frozen):
         if far:
             raise ProblemError(f"start: {next(iter(far.values()))}", tuple(far))
         if self.near_start == "raise":
-            self._refuse_contacts(
-                "start", [c for c in self._contacts(self.start) if not c[2] >= self.margin - EQUALITY]
-            )
+            self._refuse_contacts("start", [c for c in self._start_contacts if not c[2] >= self.margin - EQUALITY])
 
     def _settle_goals(self) -> None:
         """Refuse or drop the goals that cannot be kept, and clear the rows that no planner has to reach."""

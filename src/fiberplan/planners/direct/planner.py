@@ -25,6 +25,7 @@ from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.protocol import PLANNERS, setting
+from fiberplan.planners.shared.prepared import prepared
 from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
@@ -62,6 +63,7 @@ class Direct:
         if self.turn > np.pi / 4:
             raise ProblemError(f"direct: turn must be at most 45 deg, got {np.degrees(self.turn):g} deg")
 
+    @prepared
     def plan(
         self, problem: Problem, deadline: float | None = None, report: Callable[[str], None] | None = None
     ) -> Plan:

@@ -20,6 +20,7 @@ from fiberplan.planners.elliptic_navigation.field import Field
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
 from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.goal_configurations import faster_goals
+from fiberplan.planners.shared.prepared import prepared
 from fiberplan.planners.shared.requirements import refuse_seed, require_exact_steps, require_two_links
 from fiberplan.problem import Problem
 from fiberplan.problem.resting import place_the_rest
@@ -70,6 +71,7 @@ class EllipticNavigationFunction:
         if self.relief not in RELIEFS:
             raise ProblemError(f"{self.name}: relief must be one of {', '.join(RELIEFS)}, got '{self.relief}'")
 
+    @prepared
     def plan(self, problem: Problem) -> Plan:
         """Follow the field, then relieve whom it left stalled; those who do not arrive stay where they stopped.
 

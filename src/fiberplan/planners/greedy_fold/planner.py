@@ -18,6 +18,7 @@ from fiberplan.planners.greedy_fold.fold import RELIEFS, fold
 from fiberplan.planners.greedy_fold.joint_relief import Fold
 from fiberplan.planners.greedy_fold.losses import Losses
 from fiberplan.planners.protocol import PLANNERS, setting
+from fiberplan.planners.shared.prepared import prepared
 from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
@@ -68,6 +69,7 @@ class GreedyFold:
         if self.relief not in RELIEFS:
             raise ProblemError(f"greedy-fold: relief must be one of {', '.join(RELIEFS)}, got '{self.relief}'")
 
+    @prepared
     def plan(self, problem: Problem) -> Plan:
         """Fold from the start, unfold to the goal; what gets stuck is given up, and the rest is planned around it."""
         require_two_links(self.name, problem.plane)

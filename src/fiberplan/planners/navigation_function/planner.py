@@ -19,6 +19,7 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.navigation_function.run import Descent, Settings
 from fiberplan.planners.protocol import PLANNERS, setting
+from fiberplan.planners.shared.prepared import prepared
 from fiberplan.planners.shared.repulsion import theorem1_bound
 from fiberplan.planners.shared.requirements import refuse_seed, require_exact_steps, require_two_links
 from fiberplan.problem import Problem
@@ -76,6 +77,7 @@ class NavigationFunction:
         if self.mode not in MODES:
             raise ProblemError(f"{self.name}: mode must be one of {', '.join(MODES)}, got '{self.mode}'")
 
+    @prepared
     def plan(self, problem: Problem) -> Plan:
         """Descend until all have arrived, or as long as `give_up` says; who has not arrived waits where it got to."""
         self._refuse(problem)

@@ -12,6 +12,7 @@ from fiberplan.plan.outcomes import all_blockers
 from fiberplan.planners.prioritized_roadmap.prioritized import Pass
 from fiberplan.planners.prioritized_roadmap.run import Search, Settings
 from fiberplan.planners.protocol import PLANNERS, setting
+from fiberplan.planners.shared.prepared import prepared
 from fiberplan.planners.shared.requirements import refuse_seed
 from fiberplan.problem import Problem
 
@@ -72,6 +73,7 @@ class PrioritizedRoadmap:
         if self.dt >= self.max_time:
             raise refuse("dt", f"less than max_time, {self.max_time:g} s")
 
+    @prepared
     def plan(self, problem: Problem) -> Plan:
         """A motion in which whoever could be planned arrives, with start-stops within the limit."""
         begun = process_time()

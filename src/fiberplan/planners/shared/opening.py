@@ -1,0 +1,187 @@
+"""Motion from a start that is nearer than the margin, or a little out of range, to one that any planner can begin with.
+
+Robots that are too near one another move apart in small joint steps, each the answer of a linear program: as much
+clearance as possible for the pairs that have too little, none of the margin taken from any other pair, joints turning
+back into their ranges. A group that gets stuck takes its neighbours in, who may make room. What gets stuck all the same
+is wedged: it stays where it is.
+
+A pair only has to keep the clearance that it began with; that it does, over whole steps, is for the proof to show
+(`fiberplan.certificates.opening`).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linprog
+
+from fiberplan.arrays import read_only
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.kernels.slopes import clearance_slopes
+from fiberplan.kernels.sweep import swept_clear
+from fiberplan.motion import Trajectory
+from fiberplan.planners.shared.clusters import clusters
+from fiberplan.tolerances import EQUALITY, RANGE, SLACK, UNDER_LIMIT
+
+_TURN = 0.02  # [rad] of a joint in one step, at most
+_GAIN = 0.2  # [mm] that a pair comes apart in one step, at most
+_ENOUGH = 2e-3  # [mm] more than a planner can begin with: so far apart a pair is open
+_STEPS = 600  # of one group
+_HALVINGS = 8  # of a step that is refused
+_WORTH = 1e-7  # [mm] a step that opens by less is none
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """Where everyone is once the near have come apart, and how they got there."""
+
+    motion: Trajectory
+    wedged: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    """Positioner that could not be brought to the margin or into its range -> arms in its way, as the kernels count."""
+
+
+class _Group:
+    """A few positioners that come apart together, all others standing."""
+
+    def __init__(self, plane: FocalPlane, near: Neighbourhood, margin: float, angles: np.ndarray, members: list[int]):
+        self._plane, self._near, self._margin = plane, near, margin
+        self._angles = plane.with_obstacles(angles).copy()
+        self.members = members
+        self._place = {i: k for k, i in enumerate(members)}
+        inside = np.zeros(len(plane.arms.arm), bool)
+        inside[members] = True
+        touched = inside[near.pairs].any(axis=1)
+        self._pairs = read_only(near.pairs[touched], np.int64)
+        self.times, self.path = [0.0], [self._angles[members].copy()]
+
+    def run(self) -> bool:
+        """Come apart; False if stuck before everyone has the margin and is in range."""
+        for _ in range(_STEPS):
+            slopes = clearance_slopes(self._plane.arms, read_only(self._angles), self._pairs)
+            open_ = slopes[:, 0] < self._margin + EQUALITY + _ENOUGH
+            if not open_.any() and not self._outside().any():
+                return True
+            step = self._best_step(slopes, open_)
+            if step is None or not self._take(step, slopes[:, 0], open_):
+                return False
+        return False
+
+    def _outside(self) -> np.ndarray:
+        """(k, 2) how far each joint is out of its range, towards it [rad]; 0 within."""
+        now, low, high = self._angles[self.members], self._plane.lower[self.members], self._plane.upper[self.members]
+        return np.where(now < low - RANGE, low - now, np.where(now > high + RANGE, high - now, 0.0))
+
+    def _best_step(self, slopes: np.ndarray, open_: np.ndarray) -> np.ndarray | None:
+        """(k, 2) turns [rad] that open all near pairs as much as a linear program can; None if nothing helps."""
+        count = 2 * len(self.members)
+        rows, room = [], []
+        for pair, values, opens in zip(self._pairs.tolist(), slopes, open_, strict=True):
+            row = np.zeros(count + 1)
+            for side, arm in enumerate(pair):
+                if arm in self._place:
+                    k = 2 * self._place[arm]
+                    row[k : k + 2] = -values[1 + 2 * side : 3 + 2 * side]
+            if opens:
+                row[-1] = 1.0  # the least that any near pair gains
+            rows.append(row)
+            room.append(0.0 if opens else max(0.0, 0.5 * (values[0] - self._margin - EQUALITY)))
+        speed = self._plane.max_speed[self.members]
+        most = (_TURN * speed / speed.max()).ravel()
+        now = self._angles[self.members]
+        low = np.minimum(self._plane.lower[self.members] - now, 0.0).ravel()
+        high = np.maximum(self._plane.upper[self.members] - now, 0.0).ravel()
+        back = self._outside().ravel()
+        low, high = np.where(back > 0, np.minimum(back, most), low), np.where(back < 0, np.maximum(back, -most), high)
+        bounds = [(max(a, -m), min(b, m)) for a, b, m in zip(low, high, most, strict=True)]
+        gain = np.zeros(count + 1)
+        gain[-1] = -1.0
+        solved = linprog(gain, np.array(rows), np.array(room), bounds=[*bounds, (0.0, _GAIN)], method="highs")
+        if not solved.success or (open_.any() and -solved.fun < _WORTH):
+            return None
+        return np.asarray(solved.x[:-1].reshape(-1, 2))
+
+    def _take(self, step: np.ndarray, before: np.ndarray, open_: np.ndarray) -> bool:
+        """Take as much of a step as is good; False if nothing is."""
+        arms = self._plane.arms
+        for _ in range(_HALVINGS):
+            after = self._angles.copy()
+            after[self.members] += step
+            turns = after - self._angles
+            good = True
+            for k, (i, j) in enumerate(self._pairs.tolist()):
+                if not open_[k]:
+                    good = good and bool(
+                        swept_clear(
+                            arms, i, *self._angles[i], *turns[i], j, *self._angles[j], *turns[j],
+                            self._margin + SLACK, 0.0, 0.0,
+                        )
+                    )  # fmt: skip
+            for part in (0.5, 1.0):
+                at = read_only(self._angles + part * turns)
+                good = good and bool(np.all(clearance_slopes(arms, at, self._pairs)[open_, 0] >= before[open_]))
+            if good:
+                seconds = float((np.abs(step) / self._plane.max_speed[self.members]).max()) / UNDER_LIMIT
+                self._angles = after
+                self.times.append(self.times[-1] + max(seconds, 1e-6))
+                self.path.append(after[self.members].copy())
+                return True
+            step = 0.5 * step
+        return False
+
+    def in_the_way(self) -> dict[int, tuple[int, ...]]:
+        """Members that are still too near to someone, or out of range, and to whom."""
+        slopes = clearance_slopes(self._plane.arms, read_only(self._angles), self._pairs)
+        found: dict[int, set[int]] = {
+            i: set() for i, out in zip(self.members, self._outside(), strict=True) if out.any()
+        }
+        for (i, j), values in zip(self._pairs.tolist(), slopes, strict=True):
+            if values[0] < self._margin + EQUALITY + _ENOUGH:
+                for a, b in ((i, j), (j, i)):
+                    if a in self._place:
+                        found.setdefault(a, set()).add(b)
+        return {i: tuple(sorted(others)) for i, others in found.items()}
+
+
+def opened(plane: FocalPlane, start: np.ndarray, margin: float) -> Opened:
+    """Bring everyone from `start` (n, 2) [rad] to the margin [mm] and into range, where that can be.
+
+    Args:
+        plane: the array, bodies as thick as position errors ask.
+        start: where everyone stands.
+        margin: clearance to reach.
+    """
+    near = Neighbourhood.of(plane, margin + EQUALITY + _ENOUGH)
+    everyone = plane.with_obstacles(start)
+    gaps = clearance_slopes(plane.arms, everyone, near.pairs)[:, 0]
+    moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
+    too_near = near.pairs[(gaps < margin + EQUALITY) & moves[near.pairs].any(axis=1)]
+    concerned = {i for i in too_near.ravel().tolist() if moves[i]}
+    outside = (start < plane.lower - RANGE) | (start > plane.upper + RANGE)
+    concerned |= {int(i) for i in np.flatnonzero(outside.any(axis=1) & plane.online)}
+    angles, owner, times, poses = np.array(start), [np.arange(plane.n)], [np.zeros(plane.n)], [np.array(start)]
+    done, wedged = 0.0, {}
+
+    def record(group: _Group, begin: float) -> None:
+        for k, i in enumerate(group.members):
+            owner.append(np.full(len(group.times), i))
+            times.append(begin + np.array(group.times))
+            poses.append(np.array([pose[k] for pose in group.path]))
+        angles[group.members] = group.path[-1]
+
+    stuck = []
+    for members in clusters(near, concerned):
+        group = _Group(plane, near, margin, start, members)
+        if not group.run():
+            stuck.append(members)
+            continue
+        record(group, 0.0)
+        done = max(done, group.times[-1])
+    for members in stuck:  # one after the other: with their neighbours they may be next to each other
+        around = {int(j) for i in members for j in near.around(i) if moves[j]}
+        group = _Group(plane, near, margin, angles, sorted({*members, *around}))
+        if not group.run():
+            wedged.update(group.in_the_way())
+        record(group, done)
+        done += group.times[-1]
+    motion = Trajectory.from_knots(np.concatenate(owner), np.concatenate(times), np.concatenate(poses), plane.n)
+    return Opened(motion, wedged)
