@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 CHROMIUM := chromium chromium-browser google-chrome
 
-.PHONY: demo test check coverage fuzz bench bench-planners picture browser format clean
+.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -19,6 +19,12 @@ check: $(VENV)/.test
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/repo-review . --show err
+
+bounds: $(VENV)/.test ## the planners' promises once with every array access checked; its compiled kernels are kept apart
+	NUMBA_BOUNDSCHECK=1 $(BIN)/pytest -q -n 2 tests/test_bounds.py
+
+mutants: $(VENV)/.test ## does a test notice every wrong kernel? takes hours, and goes on where it was stopped
+	nice $(BIN)/python tests/mutants.py $(OPTIONS)
 
 coverage: $(VENV)/.test ## statements that small tests run, kernels included: the compiler is off, and no real data
 	NUMBA_DISABLE_JIT=1 FIBERPLAN_NO_DATA=1 $(BIN)/pytest -n 2 -m small --cov --cov-report=term-missing:skip-covered

@@ -2,10 +2,12 @@ import os
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core import config as compiler
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
@@ -20,6 +22,23 @@ def pytest_sessionstart(session):
     many = session.config.getoption("dist", "no") != "no" and not hasattr(session.config, "workerinput")
     if many and os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
         subprocess.run([sys.executable, Path(__file__).parent / "warm_up.py"], check=False, capture_output=True)
+
+
+CASES_WITHOUT_COMPILER = 1  #: of each test, when kernels run some hundred times slower
+
+
+def pytest_collection_modifyitems(config, items):
+    """With NUMBA_DISABLE_JIT=1 only the first case of each parametrized test are run."""
+    if compiler.DISABLE_JIT:
+        taken = Counter()
+        dropped = []
+        for item in list(items):
+            test = item.nodeid.partition("[")[0]
+            taken[test] += 1
+            if taken[test] > CASES_WITHOUT_COMPILER:
+                items.remove(item)
+                dropped.append(item)
+        config.hook.pytest_deselected(items=dropped)
 
 
 @pytest.fixture(scope="session")

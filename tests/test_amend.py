@@ -10,6 +10,8 @@ from fiberplan.errors import PlanError, ProblemError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import amend
+from fiberplan.planners.amending import one_goal
+from fiberplan.planners.amending.rerouting import Rerouted
 from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 from problems import among_obstacles, crowded, field_to_field, hexagon, offline_across, unequal
@@ -150,7 +152,7 @@ def walled():
     return row(2).replace(obstacles=(wall,))
 
 
-def test_where_no_way_is_found_all_move_as_before_and_the_blocker_is_named():
+def test_where_no_path_is_found_all_move_as_before_and_the_blocker_is_named():
     plane = walled()
     start = np.radians([[45.0, 30.0], [0.0, 170.0]])
     plan = still(plane, start)
@@ -159,7 +161,7 @@ def test_where_no_way_is_found_all_move_as_before_and_the_blocker_is_named():
     assert new.blockers == {0: (-1,)}
     assert moved(plan, new) == []
     assert new.faults() == []
-    assert "no way was found" in new.notes[-1]
+    assert "no path was found" in new.notes[-1]
     again = amend(new, 0, np.radians([20.0, 60.0]))  # on its own side
     assert again.outcomes == (Outcome.ARRIVED,) * 2
     assert again.blockers == {}
@@ -252,7 +254,7 @@ def test_bad_input(folds, positioner, goal, words):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("longer", [-0.1, np.nan, np.inf])
+@pytest.mark.parametrize("longer", [-0.1, 10.1, np.nan, np.inf])
 def test_bad_time(folds, longer):
     with pytest.raises(ProblemError, match="longer must be a part of the makespan"):
         amend(folds["offline_across"], 0, (1.0, 3.0), longer=longer)
@@ -282,6 +284,24 @@ def test_an_unsafe_plan_is_refused():
     for target in (np.radians([30.0, 170.0]), np.full(2, np.nan)):
         with pytest.raises(PlanError, match="a plan that is not safe cannot be amended; it is not safe: 1 contacts"):
             amend(plan, 0, target)
+
+
+def test_a_path_that_cannot_be_proven_is_not_taken(folds, monkeypatch):
+    """Everyone moves as before, and the outcome claims no more than that."""
+    plan = folds["field_to_field"]
+    ((i, goal),) = opportunities(plan, 1, seed=5)
+    start = plan.problem.start
+    onto = start.copy()
+    onto[:] = 0.0  # all extended in one direction at once, far too fast
+    unsafe = fp.Trajectory.from_samples([0.0, 1e-3], np.stack([start, onto]))
+    assert not fp.verify(plan.problem.plane, unsafe).ok
+    monkeypatch.setattr(one_goal, "reroute", lambda *_: Rerouted(unsafe, (i,), ()))
+    new = amend(plan, i, goal)
+    assert new.outcomes[i] is Outcome.DEADLOCKED
+    assert new.blockers[i] == ()
+    assert moved(plan, new) == []
+    assert new.faults() == []
+    assert "could be proven safe" in new.notes[-1]
 
 
 def test_a_large_plan_moves_no_more_than_a_few(folds):

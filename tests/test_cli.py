@@ -1,6 +1,5 @@
 """The command line from outside: what it prints, what it writes, how it exits."""
 
-import dataclasses
 import json
 import os
 import signal
@@ -17,7 +16,6 @@ from astropy.table import QTable, Table
 
 import fiberplan as fp
 from fiberplan.cli.app import run
-from fiberplan.cli.planner_options import FLAGS
 from fiberplan.errors import interrupted
 from fiberplan.scenes.uniform import uniform_field
 
@@ -119,47 +117,21 @@ def test_plan_is_the_same_again(folder):
     assert np.array_equal(one.times, two.times)
 
 
-@pytest.mark.parametrize("name", fp.planners.PLANNERS)
-def test_every_setting_of_a_planner_is_an_option(name):
-    fields = {field.name for field in dataclasses.fields(fp.planners.PLANNERS[name])}
-    assert {flag.field for flag in FLAGS[name]} == fields - {"seed"}
-
-
-def test_navigation_function_has_its_options(folder, capsys):
-    settings = ["--planner", "navigation-function", "--mode", "literal", "--D", "9", "--d", "3", "--dt", "0.05"]
-    more = ["--lambda1", "2", "--lambda2", "0.5", "--convergence", "0.05", "--neighbours", "18", "--give-up", "3"]
-    run(["plan", "plane.fits", "field.ecsv", *settings, *more, "-o", "plan.fits"])
-    given = fp.Plan.read("plan.fits").parameters
-    assert (given["mode"], given["D"], given["d"], given["dt"], given["neighbours"]) == ("literal", 9.0, 3.0, 0.05, 18)
-    assert (given["lambda1"], given["lambda2"], given["convergence"], given["give_up"]) == (2.0, 0.5, 0.05, 3.0)
-    capsys.readouterr()
-    bad = ["plan", "plane.fits", "field.ecsv", "--planner", "navigation-function"]
-    assert "d must be below D, got d 5 mm and D 4 mm" in refused(folder, capsys, *bad, "--d", "5")
-    assert "lambda1 must be a positive weight, got 0" in refused(folder, capsys, *bad, "--lambda1", "0")
-    assert "beyond its patrol zone" in refused(folder, capsys, *bad, "--dt", "5")
-
-
-def test_plan_options_reach_the_planner(folder):
-    settings = ["--planner", "greedy-fold", "--step", "0.5", "--max-travel", "600", "--literal", "--seed", "7"]
-    run(["plan", "plane.fits", "field.ecsv", *settings, "-o", "plan.fits"])
+def test_settings_reach_the_planner(folder, capsys):
+    """From a file and, over it, one by one; what a planner refuses is one line."""
+    (folder / "mine.toml").write_text("max_travel = 600\nstep = 5\n")
+    settings = ["--planner", "greedy-fold", "--settings", "mine.toml", "--set", "step=0.5", "--set", "skip_noops=false"]
+    run(["plan", "plane.fits", "field.ecsv", *settings, "--seed", "7", "-o", "plan.fits"])
     read = fp.Plan.read("plan.fits")
     assert read.seed == 7
     assert read.parameters["step"] == pytest.approx(np.radians(0.5), abs=1e-15)
     assert read.parameters["max_travel"] == pytest.approx(np.radians(600), abs=1e-12)
     assert read.parameters["skip_noops"] is False
-
-
-def test_options_of_the_elliptic_field_reach_it(folder):
-    settings = {"lambda2": 0.2, "influence": 3.0, "spread": 0.0, "dt": 0.2, "max-time": 90.0}
-    given = [word for name, value in settings.items() for word in (f"--{name}", str(value))]
-    planner = ["--planner", "elliptic-navigation-function", "--relief", "none"]
-    run(["plan", "plane.fits", "field.ecsv", *planner, *given, "--seed", "7", "-o", "plan.fits"])
-    read = fp.Plan.read("plan.fits")
-    assert read.planner == "elliptic-navigation-function"
-    assert read.seed == 7
-    assert {name: read.parameters[name.replace("-", "_")] for name in settings} == settings
-    assert read.parameters["relief"] == "none"
-    assert run(["verify", "plan.fits"]) == 0
+    capsys.readouterr()
+    bad = ["plan", "plane.fits", "field.ecsv", "--planner", "navigation-function"]
+    assert "d must be below D, got d 5 mm and D 4 mm" in refused(folder, capsys, *bad, "--set", "d=5")
+    assert "beyond its patrol zone" in refused(folder, capsys, *bad, "--set", "dt=5")
+    assert "mine.toml is an input" in refused(folder, capsys, *bad, "--settings", "mine.toml", "-o", "mine.toml")
 
 
 def touching(plane, goal):
@@ -286,12 +258,14 @@ def test_unknown_names_suggest_the_nearest(folder, capsys):
         ["--margin", "-1"],
         ["--margin", "nan"],
         ["--margin", "thick"],
-        ["--step", "0"],
-        ["--step", "nan"],
-        ["--max-travel", "-5"],
-        ["--relief", "none-of-them"],
+        ["--planner", "greedy-fold", "--set", "step=0"],
+        ["--planner", "greedy-fold", "--set", "step=nan"],
+        ["--planner", "greedy-fold", "--set", "max_travel=-5"],
+        ["--planner", "greedy-fold", "--set", "relief=none-of-them"],
+        ["--settings", "no-such-file.toml"],
         ["--conflicts", "ignore"],
         ["--seed", "-1"],
+        ["--seed", "9" * 23],
         ["--no-such-option"],
     ],
 )

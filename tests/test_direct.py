@@ -1,12 +1,18 @@
 """What the direct planner promises beyond what all planners do: close to the bound, and losses with their causes."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import fiberplan as fp
+from fiberplan.arrays import read_only
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
+from fiberplan.planners.direct import search as direct_search
+from fiberplan.planners.direct.repair import place_each, repair
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.scenes.decisive import pinwheel, row
 from fiberplan.scenes.uniform import uniform_field
@@ -90,10 +96,10 @@ def behind_posts():
     return fp.Problem(plane, plane.folded, np.radians([[90.0, 20.0]]))
 
 
-def test_no_way_past_obstacles_is_given_up_with_their_names():
+def test_no_path_past_obstacles_is_given_up_with_their_names():
     plan = fp.planners.Direct().plan(behind_posts())
     assert plan.outcomes == (Outcome.INFEASIBLE,)
-    assert "proven barred" in plan.notes[-1]
+    assert "proven unreachable" in plan.notes[-1]
     assert plan.lost.tolist() == [0]
     assert plan.faults() == []
     assert plan.blockers[0]
@@ -130,6 +136,58 @@ def test_max_time_caps_the_makespan():
     np.testing.assert_array_equal(plan.having(Outcome.INFEASIBLE), np.flatnonzero(travel > cap))
     assert any("within" in note for note in plan.notes)
     assert len(plan.having(Outcome.ARRIVED)) > 0.5 * problem.n
+
+
+def contested(alternative, goal):
+    """The quick alternative of the left one touches the right one at (180, 0); its goal is slow."""
+    plane = row(2).replace(lower=np.radians([[0.0, -180.0]] * 2), upper=np.radians([[400.0, 180.0]] * 2))
+    start = np.radians([[0.0, 150.0], [160.0, 100.0]])
+    goals = np.radians([[300.0, 40.0], goal])
+    others = np.radians([[[0.0, 0.0]], [alternative]])
+    return fp.Problem(plane, start, goals, alternatives=others)
+
+
+@pytest.mark.parametrize(
+    ("alternative", "goal"),
+    [((180.0, 0.0), (30.0, 90.0)), ((30.0, 90.0), (180.0, 0.0)), ((np.nan, np.nan), (30.0, 90.0))],
+)
+def test_a_slow_goal_with_a_quick_alternative_is_in_time(alternative, goal):
+    """Whether or not the other has to choose anew for it."""
+    problem = contested(alternative, goal)
+    in_time = 0.6 * (problem.goal[0, 0] - problem.start[0, 0]) / problem.plane.max_speed[0, 0]
+    plan = fp.planners.Direct(max_time=in_time).plan(problem)
+    assert plan.faults() == []
+    assert set(plan.outcomes) == {Outcome.ARRIVED}
+    assert plan.makespan <= in_time
+
+
+def test_late_for_want_of_room_is_no_proof():
+    """The only configuration in time touches the other's only goal."""
+    problem = contested((np.nan, np.nan), (180.0, 0.0))
+    in_time = 0.6 * (problem.goal[0, 0] - problem.start[0, 0]) / problem.plane.max_speed[0, 0]
+    plan = fp.planners.Direct(max_time=in_time).plan(problem)
+    assert plan.faults() == []
+    assert plan.outcomes == (Outcome.DEADLOCKED, Outcome.ARRIVED)
+    assert plan.makespan <= in_time
+    too_short = fp.planners.Direct(max_time=0.3 * in_time).plan(problem)
+    assert too_short.outcomes[0] is Outcome.INFEASIBLE
+
+
+def test_max_time_may_be_the_time_of_a_move_at_full_speed():
+    """Planners keep a hair below the speed limit; what a motion at the limit does is not proven impossible."""
+    plane = fp.FocalPlane.hexagonal(0, 22.4)
+    start, goal = np.radians([[10.0, 100.0]]), np.radians([[343.3, 17.7]])
+    problem = fp.Problem(plane, start, goal)
+    least = float((np.abs(goal - start) / plane.max_speed).max())
+    straight = fp.Trajectory.from_samples([0.0, least], np.stack([start, goal]))
+    assert fp.verify(plane, straight).ok
+    plan = fp.planners.Direct(max_time=least).plan(problem)
+    assert plan.outcomes == (Outcome.ARRIVED,)
+    assert plan.makespan <= least
+    assert plan.faults() == []
+    late = fp.planners.Direct(max_time=least * (1 - 1e-6)).plan(problem)
+    assert late.outcomes == (Outcome.INFEASIBLE,)
+    assert "proven out of reach within" in late.notes[-1]
 
 
 def with_alternatives(extra):
@@ -181,10 +239,138 @@ def test_ctrl_c_gives_the_best_so_far(monkeypatch):
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(DirectSearch, "run", interrupted)
-    plan = fp.planners.Direct().plan(field_to_field(rings=2))
+    problem = field_to_field(rings=2)
+    for name in ("__init__", "begin", "run"):
+        with monkeypatch.context() as patched:
+            patched.setattr(DirectSearch, name, interrupted)
+            plan = fp.planners.Direct().plan(problem)
+        assert plan.interrupted
+        assert plan.faults() == []
+        assert len(plan.having(Outcome.ARRIVED)) == problem.n
+
+
+def test_ctrl_c_at_any_moment(name, monkeypatch):
+    """Before or after any of the things that the search does, for the first, second and third time."""
+    problem = pinwheel()
+    done = getattr(direct_search, name)
+    for moment, after in itertools.product((1, 2, 3), (False, True)):
+        calls = itertools.count(1)
+
+        def now(*arguments, moment=moment, after=after, calls=calls, **named):
+            due = next(calls) == moment
+            if due and not after:
+                raise KeyboardInterrupt
+            result = done(*arguments, **named)
+            if due:
+                raise KeyboardInterrupt
+            return result
+
+        with monkeypatch.context() as patched:
+            patched.setattr(direct_search, name, now)
+            plan = fp.planners.Direct().plan(problem)
+        assert plan.interrupted == (next(calls) > moment)
+        assert plan.faults() == []
+        assert all(outcome in (Outcome.ARRIVED, Outcome.DEADLOCKED) for outcome in plan.outcomes)
+
+
+def test_what_the_search_has_is_better_than_a_hub_that_keeps_less():
+    """A stiff arm that reaches its goal directly, while a post keeps it from ever folding."""
+    post = Obstacle("post", [[0.0, 18.0]], 1.0)
+    ranges = {"lower": np.radians([[-90.0, 0.0]]), "upper": np.radians([[140.0, 1.0]])}
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(obstacles=(post,), folded=np.radians([[135.0, 0.0]]), **ranges)
+    problem = fp.Problem(plane, np.radians([[-80.0, 0.0]]), np.radians([[60.0, 0.0]]))
+    assert fp.planners.GreedyFold(step=1.0 * DEG).plan(problem).outcomes == (Outcome.DEADLOCKED,)
+    plan = fp.planners.Direct().plan(problem, deadline=0.0)
     assert plan.interrupted
     assert plan.faults() == []
+    assert plan.outcomes == (Outcome.ARRIVED,)
+
+
+def test_a_hub_that_takes_too_long_is_no_better():
+    problem = field_to_field(rings=2)
+    full = fp.planners.Direct().plan(problem)
+    cap = 1.01 * full.lower_bound
+    plan = fp.planners.Direct(max_time=cap).plan(problem, deadline=0.0)
+    assert plan.interrupted
+    assert plan.faults() == []
+    assert plan.makespan <= cap
+    assert len(plan.having(Outcome.DEADLOCKED)) > 0
+
+
+def searched(problem, **settings):
+    """A search that has begun."""
+    near = Neighbourhood.of(problem.plane, problem.margin)
+    search = DirectSearch(problem, near, problem.goal, 6 * DEG, None, 0)
+    search.begin()
+    return search
+
+
+def test_settling_gives_up_the_least_and_holds_at_last():
+    """Two stiff arms that sweep the same sector; the left one matters more."""
+    ranges = {"lower": np.radians([[-90.0, 0.0], [40.0, 0.0]]), "upper": np.radians([[140.0, 1.0], [270.0, 1.0]])}
+    plane = row(2).replace(folded=np.radians([[80.0, 0.0], [100.0, 0.0]]), **ranges)
+    goal = np.radians([[-80.0, 0.0], [260.0, 0.0]])
+    search = searched(fp.Problem(plane, plane.folded, goal, priority=np.array([5.0, 1.0])))
+    assert search.touching == 1
+    assert search._settle() == [1]
+    assert search.given_up == {1: (0,)}
+    np.testing.assert_array_equal(search.lattice.path[1], np.tile(plane.folded[1], (search.steps + 1, 1)))
+    assert not search.lattice.fixed[1]
+    search._give_up(1, (0,))  # it has no goal any more
+    assert search.held == {1}
+    assert search.lattice.fixed[1]
+    assert search.given_up == {1: (0,)}
+    if search.touching:
+        assert search._settle() == [0]  # what is held has nothing left to lose
+    search.stop_here()
+    assert search.touching == 0
+
+
+def test_one_that_never_had_a_goal_is_held_and_not_lost():
+    plane = row(2)
+    start = np.radians([[120.0, 60.0], [0.0, 60.0]])
+    search = searched(fp.Problem(plane, start, np.radians([[150.0, 90.0], [np.nan, np.nan]])))
+    search._give_up(1, (0,))
+    assert search.held == {1}
+    assert search.given_up == {}
+
+
+def test_past_a_fixed_arm_there_is_more_time():
+    """The long way around a post takes longer than the joints need, and the plan says so."""
+    plane = fp.FocalPlane.hexagonal(0, 22.4)
+    plane = plane.replace(obstacles=(Obstacle("post", [[0.0, 18.0]], 1.0),))
+    plan = fp.planners.Direct().plan(fp.Problem(plane, np.radians([[60.0, 0.0]]), np.radians([[120.0, 0.0]])))
+    assert plan.faults() == []
+    assert plan.outcomes == (Outcome.ARRIVED,)
+    assert plan.makespan > 1.5 * plan.lower_bound
+    assert "past what never moves" in plan.notes[-1]
+
+
+def test_clearances_asked_of_pairs_are_bounded():
+    """Contacts between steps make a pair keep farther apart, but not ever farther."""
+    problem = field_to_field(2.0, rings=3)
+    search = searched(problem)
+    search.search.joint_limits[:] = search.limit + 1.5
+    search.search.limits[:] = search.limit + 1.5
+    search.run(3000, lambda: search.work < 3000)
+    assert search.search.joint_limits.max() <= search.limit + 1.5
+    assert search.search.limits.max() <= search.limit + 1.5
+
+
+def test_repair_keeps_to_its_arrays_where_an_obstacle_is_touched():
+    """As Python, which checks every index."""
+    plane = fp.FocalPlane.hexagonal(0, 22.4)
+    plane = plane.replace(obstacles=(Obstacle("post", [[0.0, 18.0]], 1.0),))
+    search = searched(fp.Problem(plane, np.radians([[60.0, 0.0]]), np.radians([[120.0, 0.0]])))
+    lattice, near = search.lattice, search.near
+    place_each(plane.arms, near._replace(offsets=read_only(0 * near.offsets, np.int64)), lattice, search.search,
+               search._scratch, np.array([0]), search.steps)  # fmt: skip
+    search._update_all_contacts()
+    assert search.touching == 1
+    for seed in range(6):
+        search.search.state[0] = seed
+        repair.py_func(plane.arms, near, lattice, search.pairs, search.search, search._scratch, search.limit,
+                       search.steps, 1)  # fmt: skip
 
 
 def test_the_seed_is_all_that_chance_knows():

@@ -1,4 +1,4 @@
-"""Lattices of the direct planner, what neighbours shut of them, and searches over them, against plain references."""
+"""Lattices of the direct planner, what neighbours block of them, and searches over them, against plain references."""
 
 from collections import deque
 from itertools import product
@@ -12,10 +12,10 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
-from fiberplan.planners.direct.blocked_nodes import beta_motion, link_directions, shut_betas
+from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions
 from fiberplan.planners.direct.contacts import contacts_of_all, steps_in_contact
-from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, longest_step, make_lattice
-from fiberplan.planners.direct.pairs import look_at_pair, move_together, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length
+from fiberplan.planners.direct.pairs import find_clear_nodes, joint_words, move_jointly, steps_alone, steps_past_fixed
 from fiberplan.planners.direct.repair import make_scratch
 from fiberplan.planners.direct.single import replan
 from fiberplan.planners.direct.trim import as_trajectory
@@ -41,8 +41,14 @@ def two_arms():
 
 
 def lattice_of(plane, start, goal, turn, steps):
-    duration = longest_step(plane, start, goal, turn)
-    return make_lattice(plane, start, goal, plane.online, duration, steps)
+    length = step_length(plane, start, goal, turn)
+    return make_lattice(plane, start, goal, plane.online, length.longest, steps, length.widest)
+
+
+def nodes_of(lattice, i):
+    """(steps + 1, 2) the nodes that positioner i passes."""
+    own = [nodes[i, : lattice.size[i, d]] for d, nodes in enumerate((lattice.alpha, lattice.beta))]
+    return np.stack([np.searchsorted(own[d], lattice.path[i, :, d]) for d in (0, 1)], axis=1)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -52,8 +58,8 @@ def test_nodes_hold_both_ends_and_respect_speeds(seed):
     plane = plane.replace(max_speed=np.radians(rng.uniform(10.0, 40.0, (plane.n, 2))))
     start, goal = uniform_field(plane, seed), np.array(uniform_field(plane, seed + 50))
     goal[::7] = np.nan
-    duration = longest_step(plane, start, goal, 6 * DEG)
-    lattice = make_lattice(plane, start, goal, plane.online, duration, 5)
+    duration = step_length(plane, start, goal, 6 * DEG).longest
+    lattice = make_lattice(plane, start, goal, plane.online, duration, 5, np.full(2, np.inf))
     for i, d in product(range(plane.n), (0, 1)):
         nodes = (lattice.alpha, lattice.beta)[d][i, : lattice.size[i, d]]
         assert np.all(np.diff(nodes) > 0)
@@ -81,15 +87,15 @@ def test_a_wide_range_is_searched_around_the_move_only():
 
 
 @kernel
-def shut_of(arms, lattice, i, j, limit, trig, out):
+def blocked_of(arms, lattice, i, j, limit, trig, out):
     link_directions(arms, lattice, i, trig)
     frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
     for a in range(lattice.size[i, 0]):
-        out[a] = shut_betas(arms, lattice, i, a, trig, beta_motion(arms, lattice, i), j, frame_j, limit)
+        out[a] = blocked_betas(arms, lattice, i, a, trig, beta_motion(arms, lattice, i), j, frame_j, limit)
 
 
 @pytest.mark.parametrize("margin", [0.0, 1.5])
-def test_shut_nodes_are_those_in_contact(margin):
+def test_blocked_nodes_are_those_in_contact(margin):
     """Every bit of every node, for neighbours and obstacles, against the clearance there."""
     wall = Obstacle("wall", [[-30.0, 12.0], [30.0, 12.0], [30.0, 14.0], [-30.0, 14.0]], closed=True)
     plane = fp.FocalPlane.hexagonal(1, 22.4).replace(obstacles=(wall, Obstacle("post", [[8.0, -9.0]], 1.0)))
@@ -98,7 +104,7 @@ def test_shut_nodes_are_those_in_contact(margin):
     scratch = make_scratch(lattice)
     limit, found = margin + SLACK, 0
     for i, j in plane.arm_pairs_within(margin):
-        shut_of(plane.arms, lattice, i, j, limit, scratch.trig, scratch.row)
+        blocked_of(plane.arms, lattice, i, j, limit, scratch.trig, scratch.row)
         for a, b in product(range(lattice.size[i, 0]), range(lattice.size[i, 1])):
             gap = clearance(
                 plane.arms, i, lattice.alpha[i, a], lattice.beta[i, b], j, lattice.path[j, 0, 0], lattice.path[j, 0, 1]
@@ -109,7 +115,7 @@ def test_shut_nodes_are_those_in_contact(margin):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_shut_nodes_of_many_pieces(seed):
+def test_blocked_nodes_of_many_pieces(seed):
     """The MOONS prototype: seven zones at their heights, beta around nearly a whole turn."""
     plane = fp.FocalPlane.load("moons")
     who = 500
@@ -123,7 +129,7 @@ def test_shut_nodes_of_many_pieces(seed):
     scratch = make_scratch(lattice)
     found = 0
     for j in beside:
-        shut_of(plane.arms, lattice, who, j, SLACK, scratch.trig, scratch.row)
+        blocked_of(plane.arms, lattice, who, j, SLACK, scratch.trig, scratch.row)
         for a, b in product(range(0, lattice.size[who, 0], 2), range(lattice.size[who, 1])):
             here = (lattice.alpha[who, a], lattice.beta[who, b])
             gap = clearance(plane.arms, who, *here, j, *start[j])
@@ -151,7 +157,7 @@ def cost_of(plane, lattice, near, i, way, weight, limits, extended, turn):
     return total
 
 
-def test_replanning_finds_the_cheapest_way():
+def test_replanning_finds_the_cheapest_path():
     """Against every way there is, on a lattice small enough to list them."""
     plane, start, goal = two_arms()
     steps = 4
@@ -163,7 +169,7 @@ def test_replanning_finds_the_cheapest_way():
         weight, limits = np.full(1, price, np.float32), np.full(1, SLACK)
         replan_one(plane.arms, near, lattice, 0, weight, limits, scratch, 0.02, 0.01, steps)
         settings = (weight, limits, 0.02, 0.01)
-        found = cost_of(plane, lattice, near, 0, lattice.node[0].astype(int), *settings)
+        found = cost_of(plane, lattice, near, 0, nodes_of(lattice, 0), *settings)
         first, last = tuple(lattice.first[0]), tuple(lattice.last[0])
         best = np.inf
         for moves in product(product((-1, 0, 1), repeat=2), repeat=steps):
@@ -212,8 +218,9 @@ def alone(arms, near, lattice, i, j, limit, scratch, most):
 
 @kernel
 def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
-    look_at_pair(arms, lattice, i, j, apart, scratch, steps)
-    return move_together(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state)
+    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps)
+    joint_words(lattice, i, j, steps, scratch.begins)
+    return move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state)
 
 
 @pytest.mark.parametrize("turn", [36.0, 30.0])
@@ -235,12 +242,13 @@ def test_pairs_need_as_many_steps_as_breadth_first_says(turn):
         state = np.array([1], np.uint64)
         answer = together(plane.arms, near, longer, 0, 1, SLACK, np.full(1, SLACK), 1.5, 0.5, scratch, steps, state)
         assert answer == possible
-    np.testing.assert_array_equal(longer.node[:, steps], lattice.last)
+    nodes = np.stack([nodes_of(longer, i) for i in range(2)])
+    np.testing.assert_array_equal(nodes[:, steps], lattice.last)
     for k in range(steps + 1):
         gap = clearance(plane.arms, 0, *longer.path[0, k], 1, *longer.path[1, k])
         assert gap >= SLACK
         if k:
-            assert np.abs(longer.node[:, k].astype(int) - longer.node[:, k - 1]).max() <= 1
+            assert np.abs(nodes[:, k] - nodes[:, k - 1]).max() <= 1
 
 
 def test_a_pair_that_never_gets_there():

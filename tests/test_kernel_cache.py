@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core import config
 from numba.core.dispatcher import Dispatcher
 
 from fiberplan.kernels import kernel_cache
@@ -165,6 +166,7 @@ def kernels_called(function, found):
     return found
 
 
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 def test_sources_of_a_kernel_cover_every_kernel_that_it_calls():
     import fiberplan.planners  # noqa: F401
 

@@ -11,7 +11,7 @@ from fiberplan.plan import Outcome
 from fiberplan.planners.navigation_function import NavigationFunction
 from fiberplan.reproductions import makarem2014
 from fiberplan.reproductions.makarem2014 import scenes, tables
-from fiberplan.reproductions.makarem2014.conflict import MADE_WAY, NEAR, Conflict, find_conflict
+from fiberplan.reproductions.makarem2014.conflict import CLOSE, MADE_WAY, Conflict, find_conflict
 from fiberplan.reproductions.makarem2014.few_bits import quantized
 from fiberplan.reproductions.makarem2014.rules import LIMITED, LITERAL, REPAIRED, RULES
 from fiberplan.reproductions.makarem2014.trials import Trial, converged_at, run_clustered, run_uniform
@@ -78,7 +78,7 @@ def test_fig7_is_a_conflict_of_three_in_which_one_makes_room():
     conflict = Conflict.of(scenes.FIG7_SEED)
     assert set(conflict.plan.outcomes) == {Outcome.ARRIVED}
     assert conflict.detours.max() > MADE_WAY
-    assert np.sum(conflict.closest < NEAR) >= 2
+    assert np.sum(conflict.closest < CLOSE) >= 2
     assert conflict.closest.min() >= 2.0
     assert find_conflict(scenes.FIG7_SEED) == scenes.FIG7_SEED
     limits = conflict.plan.problem.plane.max_speed[0]

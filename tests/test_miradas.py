@@ -140,6 +140,25 @@ def test_offline_arms_may_stand_anywhere(plane):
     assert verify(plane, Trajectory.at_rest(stuck)).zones
 
 
+def test_clock_errors_do_not_move_an_arm_that_stands_in_the_zone(plane):
+    """Two equal knots are no motion: whoever passes is as far from the arm as without clock errors."""
+    stuck = plane.folded.copy()
+    stuck[0] = 0.6, 0.0
+    broken = plane.replace(online=np.arange(12) != 0)
+    still = Trajectory.from_samples(np.array([0.0, 10.0]), np.stack([stuck, stuck]))
+    certificate = verify(broken, still, jitter=0.1)
+    assert certificate.contacts == verify(broken, still).contacts
+    assert not certificate.undecided
+    np.testing.assert_array_equal(certificate.clearance, verify(broken, still).clearance)
+
+
+def test_an_arm_of_unbounded_speed_is_undecided_not_in_contact(plane, through_the_zone):
+    certificate = verify(plane, through_the_zone.trajectory, jitter=0.1)
+    assert certificate.undecided
+    assert all(np.isfinite(contact.clearance) for contact in (*certificate.contacts, *certificate.undecided))
+    assert all(contact.clearance >= 0 for contact in certificate.undecided)
+
+
 def test_configurations_in_the_zone_are_refused_by_name(plane):
     inside = plane.folded.copy()
     inside[4] = 0.6, 0.0

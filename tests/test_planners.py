@@ -67,6 +67,19 @@ def test_deadlock_without_relief_is_named_and_safe():
     assert len(plan.having(Outcome.ARRIVED)) > 0.8 * plan.problem.n
 
 
+def test_one_that_is_at_its_goal_from_the_beginning_has_arrived():
+    """It cannot fold past the post, so it is held where it starts, which is where it should be."""
+    plane = row(2)
+    post = Obstacle("post", [plane.base[0] + [0.0, 18.0]], 1.0)
+    ranges = {"lower": np.radians([[-90.0, 0.0], [0.0, 0.0]]), "upper": np.radians([[140.0, 1.0], [360.0, 180.0]])}
+    plane = plane.replace(obstacles=(post,), folded=np.radians([[135.0, 0.0], [0.0, 180.0]]), **ranges)
+    start = np.radians([[-80.0, 0.0], [0.0, 170.0]])
+    plan = fp.planners.GreedyFold(**COARSE).plan(fp.Problem(plane, start, start))
+    assert plan.faults() == []
+    assert plan.outcomes == (Outcome.ARRIVED, Outcome.ARRIVED)
+    assert plan.blockers == {}
+
+
 def test_joint_relief_loses_less():
     """A joint search frees most of what the plain walk leaves stuck, and never costs safety."""
     lost = {"joint": 0, "none": 0}
@@ -90,10 +103,10 @@ def test_the_one_that_matters_less_is_given_up(valued):
     losses = Losses(problem, Neighbourhood.of(plane, 0.0))
     nobody = Fold(fp.Trajectory.at_rest(plane.folded), np.array([], int), {})
     losses.give_up(nobody, Fold(fp.Trajectory.at_rest(goal), np.array([0, 1]), {0: 1, 1: 0}))
-    assert losses.outcomes()[1 - valued] is Outcome.DEADLOCKED
-    assert losses.outcomes()[valued] is Outcome.ARRIVED
-    assert losses.blockers() == {1 - valued: (valued,)}
     end = losses.end()
+    assert losses.outcomes(end)[1 - valued] is Outcome.DEADLOCKED
+    assert losses.outcomes(end)[valued] is Outcome.ARRIVED
+    assert losses.blockers(end) == {1 - valued: (valued,)}
     np.testing.assert_array_equal(end[valued], goal[valued])
     np.testing.assert_array_equal(end[1 - valued], plane.folded[1 - valued])
 

@@ -31,6 +31,7 @@ points = FileFormat("a .points file", lambda path: path.suffix == ".points", lam
 
 @dataclasses.dataclass(frozen=True)
 class StandStill:
+    patience: float = 1.0
     seed: int = 0
     name = "stand-still"
     reference = "nobody"
@@ -84,8 +85,9 @@ def test_everything_of_another_package_is_found(plugin, tmp_path):
     (tmp_path / "t.csv").write_text("positioner,x,y\nR0C1,10,0\n")
     (tmp_path / "mine.points").touch()
     assert "tiny" in run(plugin, tmp_path, "instruments").stdout
+    given = ("--set", "patience=2")
     for instrument in ("tiny", "mine.points"):
-        done = run(plugin, tmp_path, "plan", instrument, "t.csv", "--planner", "stand-still", "-o", "p.fits")
+        done = run(plugin, tmp_path, "plan", instrument, "t.csv", "--planner", "stand-still", "-o", "p.fits", *given)
         assert done.returncode == 1, done.stderr  # the target is lost
         assert "0 of 1 arrived" in done.stdout
     done = run(plugin, tmp_path, "export", "p.fits", "--to", "loud", "-o", "moves")
@@ -99,6 +101,15 @@ def test_one_that_cannot_be_imported_is_one_line(plugin, tmp_path):
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "planner 'broken' (nowhere_to_be_found:Planner) cannot be imported" in done.stderr
+
+
+def test_planners_are_listed_though_one_is_broken(plugin, tmp_path):
+    done = run(plugin, tmp_path, "planners", "--json")
+    rows = {row["name"]: row for row in json.loads(done.stdout)}
+    assert "cannot be imported" in rows["broken"]["about"]
+    assert rows["stand-still"]["reference"] == "nobody"
+    (setting,) = json.loads(run(plugin, tmp_path, "planners", "stand-still", "--json").stdout)["settings"]
+    assert (setting["key"], setting["type"], setting["default"], setting["help"]) == ("patience", "float", 1.0, "")
 
 
 def test_ours_come_first_in_a_fixed_order(plugin, tmp_path):

@@ -117,7 +117,18 @@ def test_command_line_from_targets_to_motions(plane, tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     targets = assignment_plan(plane, 7, margin=1.0)
     QTable({"positioner": list(targets.positioner), "x": targets.x, "y": targets.y}).write("field.ecsv")
-    options = ["--planner", "prioritized-roadmap", "--margin", "1", "--garages", "--grid", "8x6", "-o", "plan.fits"]
+    options = [
+        "--planner",
+        "prioritized-roadmap",
+        "--margin",
+        "1",
+        "--set",
+        "garages=true",
+        "--set",
+        "grid=8x6",
+        "-o",
+        "plan.fits",
+    ]
     assert run(["plan", "miradas", "field.ecsv", *options]) == 0
     assert run(["verify", "plan.fits"]) == 0
     assert run(["export", "plan.fits", "--to", "motions", "-o", "motions.ecsv"]) == 0
@@ -134,8 +145,6 @@ def test_command_line_from_targets_to_motions(plane, tmp_path, monkeypatch, caps
     capsys.readouterr()
     assert run(["plan", "miradas", "field.ecsv", "--planner", "greedy-fold"]) == 2
     assert "planner greedy-fold cannot plan the four-bar arms of miradas" in capsys.readouterr().err
-    assert (
-        run(["plan", "miradas", "field.ecsv", "--planner", "prioritized-roadmap", "--dt", "300", "--max-time", "999"])
-        == 2
-    )
+    slow = ["--set", "dt=300", "--set", "max_time=999"]
+    assert run(["plan", "miradas", "field.ecsv", "--planner", "prioritized-roadmap", *slow]) == 2
     assert "is longer than the longest edge takes" in capsys.readouterr().err

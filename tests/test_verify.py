@@ -1,6 +1,7 @@
 """Planted contacts are all found, what is clear is proven, and no bound is ever above the truth."""
 
 import itertools
+from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
@@ -531,6 +532,58 @@ def test_motions_that_begin_late(begin):
     for graze in (1e-3, -1e-3):
         plane = one(obstacles=[post(0.0, 17.0 + graze)])
         certificate = verify(plane, motion_of([(begin, 0.0, 0.0), (begin + 7.0, np.pi, 0.0)]))
+        assert certificate.ok == (graze > 0)
+        assert not certificate.undecided
+
+
+@pytest.mark.parametrize("begin", [0.0, 1e7, 1.7e9, 1e12])
+def test_contacts_between_two_floating_point_times_are_found(begin):
+    """Points with radii of a nanometre cross at full speed: they touch for less than the spacing of times."""
+    rng = np.random.default_rng(1)
+    for depth in (2e-9, 1e-7, 1e-5):
+        for angle in rng.uniform(0.3, 2.8, 20):
+            place = 15.0 * np.cos(angle), 15.0 * np.sin(angle)
+            plane = one(Body(np.array([[10.0, 0.0]]), depth / 2), obstacles=[post(*place, radius=depth / 2)])
+            motion = motion_of([(begin, 0.0, 0.0), (begin + 7.0, np.pi, 0.0)])
+            assert not verify(plane, motion).ok
+    away = one(obstacles=[post(0.0, 17.1)])
+    assert verify(away, motion_of([(begin, 0.0, 0.0), (begin + 7.0, np.pi, 0.0)])).ok
+
+
+def test_turns_so_many_that_their_rounding_counts():
+    """One unit in the last place of 1e12 turns is a milliradian: what is within that is not taken as safe."""
+    digits = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899")
+    rng = np.random.default_rng(2)
+    anywhere = {"lower": np.full((1, 2), -np.inf), "upper": np.full((1, 2), np.inf)}
+    with localcontext() as context:
+        context.prec = 70
+        for turns, zero in zip(rng.uniform(1e12, 2e12, 20), rng.uniform(0.0, 1.0, 20), strict=True):
+            alpha = float(turns) * 2 * np.pi
+            exact = (Decimal(alpha) + Decimal(zero)) % (2 * digits)
+            x, y = 15.0 * np.cos(float(exact)), 15.0 * np.sin(float(exact))
+            touched = Obstacle("post", np.array([[x, y]]) * (1 + (2.0 - 1e-6) / 15.0), 1.0)
+            beside = post(x - (2.0 - 1e-6) * y / 15.0, y + (2.0 - 1e-6) * x / 15.0)
+            still = Trajectory.at_rest(np.array([[alpha, 0.0]]))
+            for obstacle in (touched, beside):
+                certificate = verify(one(obstacles=[obstacle], **(anywhere | {"zero": np.array([[zero, 0.0]])})), still)
+                assert certificate.contacts or certificate.undecided
+            assert verify(one(obstacles=[post(-3 * x, -3 * y)], **anywhere), still).ok
+
+
+def test_motion_bounds_of_long_journeys_do_not_cancel():
+    """After a light second of travel a difference of two distances is only as good as their rounding."""
+    plane = make_plane([[0, 0]], (TIP,), [post(0.0, 15.0, radius=1.0 - 1e-6)], max_speed=1e12)
+    turns = 1e11
+    knots = [(0.0, 0.0, 0.0), (10.0, turns, 0.0), (10.5, turns + 0.5, 0.0)]
+    certificate = verify(plane, motion_of(knots))
+    assert certificate.contacts or certificate.undecided
+
+
+@pytest.mark.parametrize("speed", [1e3, 1e6, 1e9])
+def test_any_speed(speed):
+    for graze in (1e-6, -1e-6):
+        plane = one(obstacles=[post(0.0, 17.0 + graze)], max_speed=2 * speed)
+        certificate = verify(plane, motion_of([(0.0, 0.0, 0.0), (np.pi / speed, np.pi, 0.0)]))
         assert certificate.ok == (graze > 0)
         assert not certificate.undecided
 

@@ -9,11 +9,13 @@ import numpy as np
 from fiberplan.certificates.path import knot_near_middle, state, top_speed
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import frames_clearance
-from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.compile import inlined, kernel, leaf
 from fiberplan.kernels.even_motion import constant_speed_bound
 from fiberplan.tolerances import ROUNDING
 
-FLOOR = 1e-7  # [s] shorter intervals are not split
+_RESOLVED = 2.5 * ROUNDING  # [mm] a bound this close to what was seen gets no better: the interval is not split
+_JUMP = 1e-6  # of the jitter [s]: nor are intervals so short, in which speeds within the jitter may jump
+_ULP = 2.0**-52  # relative spacing of floating-point numbers
 _DEPTH = 256  # of the stack of intervals still to look at
 _MOST_LOOKS = 50_000, 100  # per pair, and per knot of it; a pair that needs more is undecided
 
@@ -28,6 +30,8 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
         take away: both speeds, the largest within the jitter of the moment, times the jitter.
     """
     t = 0.5 * (t0 + t1)
+    if t >= t1:  # rounded up: what holds from there on says nothing of before
+        t = t0
     knot_i, knot_j = knot_near_middle(path, i, t0, t1, t), knot_near_middle(path, j, t0, t1, t)
     smooth = np.isnan(knot_i) and np.isnan(knot_j)
     if not smooth:
@@ -36,7 +40,8 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
     a_j, b_j, va_j, vb_j, far_j = state(path, j, t)
     frame_i, frame_j = frame(arms, i, a_i, b_i), frame(arms, j, a_j, b_j)
     if smooth:
-        now, bound = constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, 0.5 * (t1 - t0))
+        h = max(t - t0, t1 - t)  # the middle is rounded, by much where times are large
+        now, bound = constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h)
     else:
         now, bound = frames_clearance(arms, i, frame_i, j, frame_j), -np.inf
     _, _, _, _, begin_i = state(path, i, t0)
@@ -49,8 +54,17 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
     pad_now = pad = error
     if jitter > 0.0:
         pad_now += jitter * (top_speed(path, i, t - jitter, t + jitter) + top_speed(path, j, t - jitter, t + jitter))
-        pad += jitter * (top_speed(path, i, t0 - jitter, t1 + jitter) + top_speed(path, j, t0 - jitter, t1 + jitter))
+        if not (pad_now < np.inf):
+            pad_now = error  # of an arm in its zone of avoidance nothing is known: neither safe nor in contact
+        early, late = t0 - jitter - _ULP * t1, t1 + jitter + _ULP * t1
+        pad += jitter * (top_speed(path, i, early, late) + top_speed(path, j, early, late))
     return t, now - pad_now, bound - pad
+
+
+@inlined
+def _too_short(t0, t, t1, jitter):
+    """Whether [t0, t1] is too short to be split at t."""
+    return t1 - t0 <= _JUMP * jitter or not (t0 < t < t1)
 
 
 @leaf
@@ -69,8 +83,8 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, end
 
     Returns:
         (lower, upper, time of upper). Lower is proven, upper was seen. They differ by at most `tolerance` [mm], unless
-        both exceed `cap` [mm], where no more is asked; near the margin they are pushed apart from it as far as time
-        resolves. Lower is -inf if that took too long.
+        both exceed `cap` [mm], where no more is asked; near the margin they are pushed apart from it as far as
+        rounding lets them. Lower is -inf if that took too long.
     """
     starts[0], ends[0], depth = 0.0, path.duration, 1
     lower, upper, when = np.inf, np.inf, 0.0
@@ -87,7 +101,7 @@ def closest(arms, path, i, j, margin, jitter, error, tolerance, cap, starts, end
         wanted = min(cap, upper - tolerance)
         if upper > margin:
             wanted = max(wanted, min(margin, upper))
-        if bound >= wanted or t1 - t0 < FLOOR:
+        if bound >= wanted or now - bound <= _RESOLVED or _too_short(t0, t, t1, jitter):
             lower = min(lower, bound)
             continue
         if depth + 2 > len(starts):
@@ -112,7 +126,7 @@ def first_crossing(arms, path, i, j, margin, jitter, error, known, starts, ends)
             continue
         if not (now >= margin):
             depth, known = 0, t  # nothing later matters
-        if t1 - t0 < FLOOR or depth + 2 > len(starts):
+        if _too_short(t0, t, t1, jitter) or depth + 2 > len(starts):
             return t0
         if now >= margin:
             starts[depth], ends[depth] = t, t1

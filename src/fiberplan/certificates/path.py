@@ -5,19 +5,24 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.arms import motion
-from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.compile import kernel, leaf, record
 from fiberplan.kernels.four_bar import leaves_range
+from fiberplan.tolerances import ROUNDING
 
-KNOT = np.dtype(
+KNOT = record(
     [
         ("time", "f8"),  # [s]
         ("alpha", "f8"),  # [rad]
         ("beta", "f8"),
         ("travelled", "f8"),  # motion bound since the first knot [mm]; inf past a zone of avoidance
         ("speed", "f8"),  # largest speed of any body point until the next knot [mm/s]
-    ],
-    align=True,
+    ]
 )
+
+
+_UP = 1.0 + 2.0**-51  # rounds a sum of two numbers up: what is added up then never falls short
+_TURN = 2.0**-49  # of all angles that are added up: rounding of the angle of a link, generously
+_LENGTH = 2.0**-50  # of a coordinate or length: rounding, likewise
 
 
 class Motion(NamedTuple):
@@ -32,17 +37,47 @@ class Motion(NamedTuple):
 def measure(arms, offsets, knots):
     """Fill in how far each positioner has travelled at each knot, and its speed until the next.
 
-    Both are infinite from where a four-bar arm enters its zone of avoidance, since no bound is known there.
+    Both are infinite from where a four-bar arm enters its zone of avoidance, since no bound is known there. One that
+    stands in it does not move.
     """
     for i in range(len(offsets) - 1):
         for k in range(offsets[i], offsets[i + 1] - 1):
             here, after = knots[k], knots[k + 1]
             da, db = after.alpha - here.alpha, after.beta - here.beta
             step = motion(arms, i, da, db)
-            if arms.arm[i].bar >= 0 and not np.isnan(leaves_range(arms, i, here.alpha, here.beta, da, db)[0]):
+            bent = arms.arm[i].bar >= 0 and (da != 0.0 or db != 0.0)
+            if bent and not np.isnan(leaves_range(arms, i, here.alpha, here.beta, da, db)[0]):
                 step = np.inf
-            after.travelled = here.travelled + step
+            after.travelled = (here.travelled + step) * _UP
             here.speed = step / (after.time - here.time)
+
+
+@kernel
+def rounding(arms, offsets, knots):
+    """How far off each arm's bodies and motion bounds may be computed, beyond what `ROUNDING` has room for [mm].
+
+    It is zero in any instrument; after a million turns, or thousands of kilometres from the origin, it is not.
+
+    Returns:
+        (arms,), obstacles included.
+    """
+    out = np.zeros(len(arms.arm))
+    for i in range(len(out)):
+        arm = arms.arm[i]
+        alpha = beta = far = size = 0.0
+        if i < len(offsets) - 1:
+            for k in range(offsets[i], offsets[i + 1]):
+                alpha, beta = max(alpha, abs(knots[k].alpha)), max(beta, abs(knots[k].beta))
+                if knots[k].travelled < np.inf:
+                    far = max(far, knots[k].travelled)
+        for p in range(arm.first_piece, arm.last_piece):
+            for k in range(arms.piece[p].first, arms.piece[p].last):
+                size = max(size, abs(arms.vertices[k, 0]) + abs(arms.vertices[k, 1]))
+        turned = _TURN * (alpha + beta + abs(arm.alpha_zero) + abs(arm.beta_zero))
+        size += abs(arm.x) + abs(arm.y) + far
+        lost = motion(arms, i, turned, turned) + _LENGTH * size
+        out[i] = max(0.0, lost - 0.1 * ROUNDING) if lost < np.inf else np.inf
+    return out
 
 
 @kernel

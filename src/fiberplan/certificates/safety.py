@@ -11,7 +11,7 @@ import numpy as np
 
 from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
-from fiberplan.certificates.path import KNOT, Motion, measure, zone_entries
+from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_entries
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
@@ -121,9 +121,10 @@ def verify(
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
     path = _as_motion(plane, trajectory)
     drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
-    widest = margin + 2.0 * (float(error.max(initial=0.0)) + min(drift, _EVERYONE))
+    errors = np.concatenate([error, np.zeros(len(plane.obstacles))])
+    errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))
+    widest = margin + 2.0 * min(float(errors.max(initial=0.0)) + drift, _EVERYONE)
     pairs = plane.arm_pairs_within(widest + 1e-6)
-    errors = read_only(np.concatenate([error, np.zeros(len(plane.obstacles))]))
     low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
 
     moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])

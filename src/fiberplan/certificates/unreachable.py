@@ -18,7 +18,8 @@ from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
 from fiberplan.tolerances import ROUNDING
 
-_BOXES = np.radians([2.0, 0.5])  # widths that are tried in turn
+_BOXES = np.radians([2.0, 0.5])  # widths that are tried in turn ...
+_MOST = 2_000_000  # ... while there are no more boxes than this
 
 
 @kernel
@@ -47,7 +48,7 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
         margin: clearance to keep [mm].
 
     Returns:
-        True only with proof; False if there is a way or if nothing was proven, as for joint ranges without ends.
+        True only with proof; False if there is a way or if nothing was proven, as for joint ranges of many turns.
     """
     margin = number(margin, "mm", "margin", ProblemError)
     start = read_only(start, unit="rad", name="start", error=ProblemError)
@@ -61,7 +62,10 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
     fixed = read_only(np.sort(beside[never_moves[beside]]), np.int64)
     pose = read_only(plane.with_obstacles(start)[fixed])
     for size in _BOXES:
-        count = np.maximum(1, np.ceil((high - low) / size)).astype(np.int64)
+        wanted = np.maximum(1.0, np.ceil((high - low) / size))
+        if wanted.prod() > _MOST:
+            return False
+        count = wanted.astype(np.int64)
         width = (high - low) / count
         blocked = _blocked(plane.arms, i, fixed, pose, low, width, count, margin)
         connected, _ = label(~blocked, structure=np.ones((3, 3)))

@@ -1,7 +1,7 @@
 """The command line: parses, calls, prints; no logic of its own.
 
-Commands speak degrees, millimetres and seconds. Exit codes: 0 done, 1 the answer is no, 2 bad input (one line on
-stderr, nothing written), 130 interrupted, 143 terminated.
+Commands speak degrees, millimetres and seconds, and answer programs in JSON (`answers`). Exit codes: 0 done, 1 the
+answer is no, 2 bad input (one line on stderr, nothing written), 130 interrupted, 143 terminated.
 """
 
 import sys

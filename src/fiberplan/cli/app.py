@@ -12,10 +12,13 @@ import typer
 from fiberplan import __version__
 from fiberplan.cli.demo import demo
 from fiberplan.cli.diagnose import diagnose
+from fiberplan.cli.examples import examples_of
 from fiberplan.cli.export import export
 from fiberplan.cli.instruments import instruments
 from fiberplan.cli.output import complain, say
 from fiberplan.cli.plan import plan
+from fiberplan.cli.planners import planners
+from fiberplan.cli.removed_options import removed_option
 from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
 from fiberplan.cli.verify import verify
@@ -30,13 +33,13 @@ BUG = 70  # anything but 1, which means that the answer is no
 app = typer.Typer(
     name="fiberplan",
     help="Collision-free, proven motion for fiber positioners. Angles in degrees, lengths in mm, times in s.",
-    epilog="Exit codes: 0 done; 1 the answer is no (contacts found, targets lost); 2 bad input, nothing written.",
-    add_completion=False,
+    epilog="Exit codes: 0 done; 1 the answer is no (contacts found, targets lost); 2 bad input, nothing written.\n\n"
+    + examples_of(""),
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-for command in (demo, plan, verify, diagnose, show, export, instruments, reproduce, warmup):
-    app.command()(command)
+for command in (demo, plan, verify, diagnose, show, export, instruments, planners, reproduce, warmup):
+    app.command(epilog=examples_of(command.__name__))(command)
 
 
 def _print_version(wanted: bool) -> None:
@@ -64,13 +67,13 @@ def run(arguments: Sequence[str]) -> int:
         complain("terminated")
         return 128 + ended.number
     except (KeyboardInterrupt, Exception) as error:
-        return _explained(error)
+        return _explained(error, arguments)
     if code == INTERRUPTED:
         complain("interrupted")
     return code if isinstance(code, int) else 0
 
 
-def _explained(error: BaseException) -> int:
+def _explained(error: BaseException, arguments: Sequence[str]) -> int:
     """Say on stderr what went wrong, and return the exit code for it."""
     if interrupted(error):
         complain("interrupted")
@@ -80,7 +83,7 @@ def _explained(error: BaseException) -> int:
     elif isinstance(error, FiberplanError):
         complain(str(error))
     elif hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
-        complain(error.format_message())
+        complain(removed_option(error, arguments) or error.format_message())
     else:
         traceback.print_exception(error)
         complain("this is a bug in fiberplan; the lines above say where")

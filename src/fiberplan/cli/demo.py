@@ -6,9 +6,10 @@ from typing import Annotated
 
 import typer
 
-from fiberplan.cli.options import SeedOption
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import made_folder, page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import findings, lost_targets
+from fiberplan.cli.report import findings, lost_targets, plan_facts
 
 MARGIN = 0.8  # [mm] with arms of radius 1.5 mm the same as the papers' buffer of 1.9 mm
 
@@ -18,6 +19,7 @@ def demo(
         Path, typer.Option("--output", "-o", metavar="DIR", help="Write plan.fits and plan.html here.")
     ] = Path(),
     seed: SeedOption = 0,
+    json: JsonOption = False,
 ) -> None:
     """Plan, prove and show a move between two made-up fields: the SDSS-V array, targets clustered as galaxies are."""
     output, page = folder / "plan.fits", folder / "plan.html"
@@ -41,9 +43,12 @@ def demo(
         plan.write(output)
         show(plan, page)
 
+    if json:
+        say_json(plan_facts(plan, faults) | {"folded": str(hub), "written": [output, page]})
+        raise typer.Exit(1 if faults else 0)
     say(f"straight: {plan}", style="bold")
     say(f"by way of folded: {hub}")
-    for line in (*lost_targets(plan), *findings(plane, plan.certificate), *faults):
+    for line in (*lost_targets(plan, output), *findings(plane, plan.certificate), *faults):
         say(line, style="yellow")
     if not faults:
         say(str(plan.certificate), style="green")

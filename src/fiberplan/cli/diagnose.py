@@ -1,14 +1,14 @@
 """``fiberplan diagnose``: why a plan is as it is."""
 
 import dataclasses
-import json as json_format
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
 import typer
 
-from fiberplan.cli.options import PlanArgument
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def diagnose(
     plan: PlanArgument,
-    json: Annotated[bool, typer.Option("--json", help="Print it as JSON (mm, s).")] = False,
+    json: JsonOption = False,
 ) -> None:
     """Say who did not arrive, why and who was in the way, what set the makespan, and how often joints turn back.
 
@@ -31,7 +31,7 @@ def diagnose(
         read = Plan.read(plan)
         diagnosis, faults = find_causes(read), read.faults()
     if json:
-        say(json_format.dumps(_plain(diagnosis, faults), indent=2, allow_nan=False))
+        say_json(dataclasses.asdict(diagnosis) | {"faults": faults})
     else:
         say(str(read), style="bold")
         for line in (*map(_loss, diagnosis.losses), *faults):
@@ -68,21 +68,3 @@ def _time(diagnosis: "Diagnosis", plan: "Plan") -> Iterator[str]:
 def _reversals(count: "Reversals", plan: "Plan") -> str:
     who = "" if count.positioner is None else f" ({plan.problem.plane.ids[count.positioner]})"
     return f"median {count.median:g}, at most {count.most}{who}"
-
-
-def _plain(diagnosis: "Diagnosis", faults: list[str]) -> dict[str, Any]:
-    """As JSON knows it: no NaN, outcomes by name."""
-    fields = dataclasses.asdict(diagnosis) | {"faults": faults}
-    return _without_nan(fields | {"losses": [_plain_loss(loss) for loss in diagnosis.losses]})
-
-
-def _plain_loss(loss: "Loss") -> dict[str, Any]:
-    return dataclasses.asdict(loss) | {"outcome": loss.outcome.name}
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.completion import instrument_names
+from fiberplan.cli.options import JsonOption
 from fiberplan.cli.output import say
 
 if TYPE_CHECKING:
@@ -15,19 +18,23 @@ if TYPE_CHECKING:
 
 def instruments(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="A built-in name, or an instrument's file or folder.")
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            help="A built-in name, or an instrument's file or folder.",
+            autocompletion=instrument_names,
+        ),
     ] = None,
     schema: Annotated[
         bool, typer.Option("--schema", help="Print the JSON Schema of instrument files (TOML) instead.")
     ] = False,
+    json: JsonOption = False,
 ) -> None:
     """List the built-in instruments, or tell what one is made of and where its numbers come from."""
     if schema:
-        import json
-
         from fiberplan.instruments import definition_model
 
-        say(json.dumps(definition_model.schema(), indent=2))
+        say_json(definition_model.schema())
         return
     from rich.table import Table
 
@@ -35,19 +42,30 @@ def instruments(
     from fiberplan.instruments import names
 
     if name is None:
+        planes = {known: FocalPlane.load(known) for known in names()}
+        if json:
+            say_json([_entry(known, plane) for known, plane in planes.items()])
+            return
         table = Table("name", "positioners", "what it is")
-        for known in names():
-            plane = FocalPlane.load(known)
-            table.add_row(known, str(plane.n), next(iter(plane.notes), ""))
+        for known, plane in planes.items():
+            table.add_row(*map(str, _entry(known, plane).values()))
         say(table)
         return
     plane = FocalPlane.load(name)
+    if json:
+        counts = {"positioners": plane.n, "online": int(plane.online.sum()), "bodies": len(plane.bodies)}
+        say_json({"name": plane.name, **counts, "facts": dict(facts(plane)), "ids": plane.ids, "notes": plane.notes})
+        return
     table = Table(show_header=False, title=plane.name, title_justify="left")
     for what, value in facts(plane):
         table.add_row(what, value)
     say(table)
     for note in plane.notes:
         say(f"- {note}")
+
+
+def _entry(name: str, plane: "FocalPlane") -> dict[str, str | int]:
+    return {"name": name, "positioners": plane.n, "about": next(iter(plane.notes), "")}
 
 
 def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:

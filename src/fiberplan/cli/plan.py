@@ -1,27 +1,48 @@
 """``fiberplan plan``: from a focal plane and a table of targets to a proven plan."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
-from fiberplan.cli.options import SeedOption
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.completion import instrument_names, planner_names, setting_keys
+from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.planner_options import with_planner_options
-from fiberplan.cli.report import findings, lost_targets
+from fiberplan.cli.report import cautions, findings, lost_targets, plan_facts
 
 Conflicts = Literal["raise", "drop"]
 
 
-@with_planner_options
 def plan(
-    instrument: Annotated[str, typer.Argument(metavar="INSTRUMENT", help="A name, or an instrument's file or folder.")],
+    instrument: Annotated[
+        str,
+        typer.Argument(
+            metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
+        ),
+    ],
     targets: Annotated[Path, typer.Argument(metavar="TARGETS", help="A table: positioner, x, y (mm unless it says).")],
     start: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to start: a table, or a plan's end. Folded if not given.")
     ] = None,
-    planner: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "direct",
+    planner: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="One of those that `fiberplan planners` lists.", autocompletion=planner_names
+        ),
+    ] = "direct",
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="A setting of the planner; `fiberplan planners NAME` lists them. Repeatable.",
+            autocompletion=setting_keys,
+        ),
+    ] = None,
+    settings: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Settings of the planner in TOML; --set goes before.")
+    ] = None,
     margin: Annotated[float, typer.Option(metavar="MM", help="Clearance to keep at all times (mm).", min=0.0)] = 0.0,
     conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that touch or are out of reach, or drop them.")] = (
         "raise"
@@ -33,34 +54,25 @@ def plan(
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
-    *,
-    settings: Mapping[str, Any],
+    json: JsonOption = False,
 ) -> None:
     """Plan the motion from START to TARGETS and prove it safe; exit 0 if every target is reached, 1 if not.
 
     Without -o and --page nothing is written.
     """
-    refuse_unwritable(plan_output(output), page_output(page), inputs=(Path(instrument), targets, start))
+    refuse_unwritable(plan_output(output), page_output(page), inputs=(Path(instrument), targets, start, settings))
     with working("planning") as tell:
-        from fiberplan.cli.planner import chosen_planner, planned_by
+        from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.io.states import read_configuration
         from fiberplan.problem import Problem, Targets
 
-        chosen = chosen_planner(planner, seed, settings)
+        chosen = chosen_planner(planner, seed, assignments or (), settings)
         plane = FocalPlane.load(instrument)
         begin = None if start is None else read_configuration(start, plane)
         problem = Problem.from_targets(plane, Targets.read(targets), start=begin, margin=margin, conflicts=conflicts)
         planned = planned_by(chosen, problem, deadline, tell)
         faults = planned.faults()
-
-    say(str(planned), style="bold")
-    for line in (*lost_targets(planned), *findings(plane, planned.certificate), *faults):
-        say(line, style="yellow")
-    for note in dict.fromkeys((*problem.notes, *planned.notes)):
-        say(f"note: {note}")
-    if not faults:
-        say(str(planned.certificate), style="green")
     with working("writing"):
         if output is not None:
             planned.write(output)
@@ -68,6 +80,17 @@ def plan(
             from fiberplan.visuals import show
 
             show(planned, page)
-    written = [str(path) for path in (output, page) if path is not None]
-    say(f"wrote {' and '.join(written)}" if written else "nothing written: -o FILE keeps the plan")
+    written = [path for path in (output, page) if path is not None]
+
+    if json:
+        say_json(plan_facts(planned, faults) | {"settings": settings_facts(chosen), "written": written})
+        raise typer.Exit(1 if faults or len(planned.lost) else 0)
+    say(str(planned), style="bold")
+    for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
+        say(line, style="yellow")
+    for note in dict.fromkeys((*cautions(plane, margin), *problem.notes, *planned.notes)):
+        say(f"note: {note}")
+    if not faults:
+        say(str(planned.certificate), style="green")
+    say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
     raise typer.Exit(1 if faults or len(planned.lost) else 0)

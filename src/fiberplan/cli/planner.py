@@ -1,30 +1,68 @@
-"""A planner by its name and the options that were given for it."""
+"""A planner by its name and the settings that were given for it."""
 
-import math
-from collections.abc import Callable, Mapping
+import inspect
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
-from fiberplan.cli.planner_options import FLAGS
+from fiberplan.cli.settings import Setting, found, settings_of
 from fiberplan.errors import FiberplanError
 from fiberplan.plan import Plan
-from fiberplan.planners import PLANNERS, Direct, Planner
+from fiberplan.planners import PLANNERS, Planner
 from fiberplan.problem import Problem
+from fiberplan.tables.table_reader import one_line, read_text
 
 
-def chosen_planner(name: str, seed: int, settings: Mapping[str, Any]) -> Planner:
-    """The planner called `name`, with those of its `settings` that are not None, in the units of the command line.
+def chosen_planner(name: str, seed: int, assignments: Sequence[str] = (), file: Path | None = None) -> Planner:
+    """The planner called `name` with the settings of a TOML file and, over them, of assignments ``key=value``.
 
     Raises:
         FiberplanError: no such planner, one without such a setting, or a value that it refuses.
     """
     make = PLANNERS.find(name)
-    flags = {flag.field: flag for flag in FLAGS.get(name, ())}
-    given = {field: value for field, value in settings.items() if value is not None}
-    foreign = [field for field in given if field not in flags]
-    if foreign:
-        raise FiberplanError(f"planner {name} has no option --{foreign[0].replace('_', '-')}")
-    given = {field: math.radians(v) if flags[field].unit == "deg" else v for field, v in given.items()}
-    return make(**given, seed=seed)
+    settings = settings_of(make)
+    given = {} if file is None else _of_file(file, name, settings)
+    given |= _of_assignments(assignments, name, settings)
+    if "seed" in inspect.signature(make).parameters:
+        given["seed"] = seed
+    elif seed:
+        raise FiberplanError(f"planner {name} chooses nothing at random, so it takes no --seed")
+    try:
+        return make(**given)
+    except ValueError as error:  # how a planner of another package may refuse a value
+        raise FiberplanError(f"planner {name}: {error}") from error
+
+
+def _of_file(file: Path, planner: str, settings: dict[str, Setting]) -> dict[str, Any]:
+    try:
+        content = tomllib.loads("\n".join(read_text(file, FiberplanError)))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FiberplanError(f"{file}: is not valid TOML: {one_line(error)}") from None
+    try:
+        chosen = {key: found(planner, key, settings) for key in content}
+    except FiberplanError as error:
+        raise FiberplanError(f"{file}: {error}") from None
+    return {key: chosen[key].convert(value, f"{file}: ") for key, value in content.items()}
+
+
+def _of_assignments(assignments: Sequence[str], planner: str, settings: dict[str, Setting]) -> dict[str, Any]:
+    written: dict[str, str] = {}
+    for assignment in assignments:
+        key, equals, text = (part.strip() for part in assignment.partition("="))
+        if not (key and equals):
+            raise FiberplanError(
+                f"--set {assignment}: expected key=value; `fiberplan planners {planner}` lists the keys"
+            )
+        if key in written:
+            raise FiberplanError(f"--set {key} is given twice: {written[key]} and {text}")
+        written[key] = text
+    return {key: found(planner, key, settings).parse(text) for key, text in written.items()}
+
+
+def settings_facts(planner: Planner) -> dict[str, Any]:
+    """What is set of a planner, in the units of the command line."""
+    return {key: setting.of(planner) for key, setting in settings_of(type(planner)).items()}
 
 
 def planned_by(planner: Planner, problem: Problem, deadline: float | None, tell: Callable[[str], None]) -> Plan:
@@ -33,8 +71,8 @@ def planned_by(planner: Planner, problem: Problem, deadline: float | None, tell:
     Raises:
         FiberplanError: a deadline for a planner that takes the time it takes.
     """
-    if isinstance(planner, Direct):
-        return planner.plan(problem, deadline=deadline, report=tell)
-    if deadline is not None:
+    extra = {"deadline": deadline, "report": tell}
+    takes = inspect.signature(planner.plan).parameters
+    if deadline is not None and "deadline" not in takes:
         raise FiberplanError(f"planner {planner.name} takes no --deadline; direct does")
-    return planner.plan(problem)
+    return planner.plan(problem, **{name: value for name, value in extra.items() if name in takes})

@@ -1,13 +1,15 @@
 """``fiberplan reproduce``: a paper's figures beside ours."""
 
 import importlib
-import json as json_format
 import pkgutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.completion import beginning
+from fiberplan.cli.options import JsonOption
 from fiberplan.cli.output import made_folder, say, working
 from fiberplan.errors import FiberplanError
 
@@ -15,20 +17,27 @@ if TYPE_CHECKING:
     from fiberplan.reproductions.rows import Row
 
 
+def _paper_names(incomplete: str) -> list[str]:
+    return beginning(incomplete, paper_keys())
+
+
 def reproduce(
     paper: Annotated[
-        str | None, typer.Argument(metavar="[PAPER]", help="A paper's key; without one, they are listed.")
+        str | None,
+        typer.Argument(
+            metavar="[PAPER]", help="A paper's key; without one, they are listed.", autocompletion=_paper_names
+        ),
     ] = None,
     trials: Annotated[int, typer.Option(metavar="N", help="Trials per setting; the papers ran more.", min=1)] = 20,
-    json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    json: JsonOption = False,
     folder: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write figures as PNG here.")
     ] = None,
 ) -> None:
     """Run a paper's experiments and print each quantity: the paper's value, ours, and over how many trials."""
-    papers = _papers()
+    papers = paper_keys()
     if paper is None:
-        say("\n".join(papers))
+        say_json(papers) if json else say("\n".join(papers))
         return
     if paper not in papers:
         raise FiberplanError(f"no paper '{paper}' to reproduce; there are {', '.join(papers)}")
@@ -38,7 +47,7 @@ def reproduce(
         experiment = importlib.import_module(f"fiberplan.reproductions.{paper}")
         rows = experiment.run(trials, folder)
     if json:
-        say(json_format.dumps(rows, indent=2))
+        say_json(rows)
         return
     from rich.table import Table
 
@@ -59,7 +68,7 @@ def _ours(row: "Row") -> str:
     return f"{row['ours']:.4g}{spread}"
 
 
-def _papers() -> list[str]:
+def paper_keys() -> list[str]:
     """Keys of the papers that can be reproduced: modules named after them."""
     import fiberplan.reproductions
 

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from fiberplan.cli.options import PlanArgument
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import page_output, refuse_unwritable, say, working
 
 
@@ -15,6 +16,7 @@ def show(
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="The page; beside the plan, ending .html, if not given."),
     ] = None,
+    json: JsonOption = False,
 ) -> None:
     """Write one self-contained HTML page that plays the plan, for any browser, without a network."""
     page = plan.with_suffix(".html") if output is None else output
@@ -24,4 +26,7 @@ def show(
         from fiberplan.visuals import show as draw
 
         draw(Plan.read(plan), page)
-    say(f"wrote {page}")
+    if json:
+        say_json({"written": [page]})
+    else:
+        say(f"wrote {page}")

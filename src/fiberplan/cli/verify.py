@@ -4,9 +4,10 @@ from typing import Annotated
 
 import typer
 
-from fiberplan.cli.options import PlanArgument
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
-from fiberplan.cli.report import findings
+from fiberplan.cli.report import cautions, certificate_facts, findings
 
 
 def verify(
@@ -18,6 +19,7 @@ def verify(
     position_error: Annotated[
         float, typer.Option(metavar="MM", help="Each arm may be off by this (mm).", min=0.0)
     ] = 0.0,
+    json: JsonOption = False,
 ) -> None:
     """Prove a plan safe, continuously in time, or say what touches and when; exit 0 if safe, 1 if not.
 
@@ -32,8 +34,14 @@ def verify(
         certificate = prove(plane, read.trajectory, asked, jitter=jitter, position_error=position_error)
         faults = [fault for fault in read.faults() if fault != str(read.certificate)]
 
+    safe = certificate.ok and not faults
+    notes = list(cautions(plane, asked))
+    if json:
+        say_json({"ok": safe, "certificate": certificate_facts(plane, certificate), "faults": faults, "notes": notes})
+        raise typer.Exit(0 if safe else 1)
     for line in (*findings(plane, certificate), *faults):
         say(line, style="yellow")
-    safe = certificate.ok and not faults
+    for note in notes:
+        say(f"note: {note}")
     say(str(certificate) if safe or not certificate.ok else "not as stated", style="green" if safe else "red")
     raise typer.Exit(0 if safe else 1)

@@ -4,12 +4,14 @@ import time
 
 import typer
 
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.options import JsonOption
 from fiberplan.cli.output import complain, say, working
 
 MARGIN = 0.8  # [mm]
 
 
-def warmup() -> None:
+def warmup(json: JsonOption = False) -> None:
     """Compile every kernel, by planning and proving a field of seven positioners; later runs find them on disk.
 
     So do other accounts that may read where they are kept. Exit code 1 if they could be kept nowhere.
@@ -31,4 +33,8 @@ def warmup() -> None:
     if KernelCache.lost:
         complain("kernels were compiled but not kept: no folder for the cache can be written; set NUMBA_CACHE_DIR")
         raise typer.Exit(1)
-    say(f"kernels ready in {time.perf_counter() - begin:.1f} s")
+    seconds = time.perf_counter() - begin
+    if json:
+        say_json({"seconds": seconds})
+    else:
+        say(f"kernels ready in {seconds:.1f} s")

@@ -22,10 +22,9 @@ from fiberplan.focal_plane.kinematics import Mounted
 from fiberplan.focal_plane.two_link import along, rotated
 from fiberplan.kernels.arms import BAR
 from fiberplan.kernels.four_bar import SINGULAR
-from fiberplan.tolerances import ZONE
+from fiberplan.tolerances import RANGE, ZONE
 
 TOLERANCE = 1e-6  #: a point this far out of the reach of a circle is on its edge [mm]
-ANGLE_TOLERANCE = 1e-9  #: an angle this far outside its range is at its end [rad]
 _UNITS = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "orientation": "rad"}
 
 
@@ -173,7 +172,7 @@ class FourBar(Frozen):
         good = (slider >= low) & (slider <= high) & ~same
         angles = np.stack([np.broadcast_to(first[:, :, None], second.shape), second], axis=-1)
         angles = np.where(good[..., None], angles - plane.zero[who, None, None], np.nan)
-        return angles.reshape(len(who), 4, 2), np.full(len(who), ANGLE_TOLERANCE)
+        return angles.reshape(len(who), 4, 2), np.full(len(who), RANGE)
 
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
         """Angles (len(who), 2) [rad] uniform over the joint ranges, outside the zone of avoidance, tip in the field."""

@@ -1,5 +1,6 @@
 """Compiled geometry: numbers and arrays only, no Python objects, no memory taken in a step.
 
+- `kernel_cache`: compiled kernels on disk, under names that hold everything they were made from
 - `compile`: the one compile policy (`kernel`, `leaf`, `inlined`)
 - `arms`: what kernels know of a focal plane, link frames, and bounds on how far a body point moves
 - `four_bar`: the third link of a four-bar arm, and its zone of avoidance

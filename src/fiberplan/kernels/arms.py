@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.kernels.compile import inlined, leaf
+from fiberplan.kernels.compile import inlined, leaf, record
 from fiberplan.tolerances import ZONE
 
-# Records, not one array a field: a kernel call counts references to every array it is handed.
-ARM = np.dtype(
+ARM = record(
     [
         ("x", "f8"),  # base: the alpha axis [mm]
         ("y", "f8"),
@@ -26,10 +25,9 @@ ARM = np.dtype(
         ("first_piece", "i8"),
         ("last_piece", "i8"),  # one past
         ("bar", "i8"),  # row of its four-bar constants; -1: two links
-    ],
-    align=True,
+    ]
 )
-BAR = np.dtype(
+BAR = record(
     [
         ("x", "f8"),  # J2: the second fixed pivot [mm]
         ("y", "f8"),
@@ -39,10 +37,9 @@ BAR = np.dtype(
         ("shortest", "f8"),  # slider, J3 to J4 [mm]
         ("longest", "f8"),
         ("reach", "f8"),  # farthest body point of the rocker from J2 [mm], less radii
-    ],
-    align=True,
+    ]
 )
-PIECE = np.dtype(
+PIECE = record(
     [
         ("link", "i8"),  # 0 fixed, 1 alpha, 2 beta, 3 rocker
         ("radius", "f8"),  # rounding [mm]
@@ -53,8 +50,7 @@ PIECE = np.dtype(
         ("u", "f8"),  # center of a circle about the vertices, in the link's frame [mm]
         ("v", "f8"),
         ("extent", "f8"),  # its radius [mm]
-    ],
-    align=True,
+    ]
 )
 
 

@@ -37,6 +37,14 @@ def kernel(function: Callable, **options: bool) -> Callable:
     return compiled
 
 
+def record(fields: list[tuple]) -> np.dtype:
+    """A record of (name, type[, shape]) whose fields kernels read as attributes, compiled or not.
+
+    Records, not one array a field: a kernel call counts references to every array it is handed.
+    """
+    return np.dtype((np.record, np.dtype(fields, align=True)))
+
+
 def leaf(function: Callable) -> Callable:
     """A kernel that allocates nothing, so that references to the arrays it is handed need no counting.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.compile import kernel, record
 
 
 @kernel
@@ -119,7 +119,7 @@ def box_pairs(position, reach, box, gap):
     return pairs[:count].copy()
 
 
-NEAR = np.dtype([("arm", "i4"), ("pair", "i4")], align=True)  # a neighbour, and which pair it makes
+NEAR = record([("arm", "i4"), ("pair", "i4")])  # a neighbour, and which pair it makes
 
 
 @kernel

@@ -10,6 +10,7 @@ from fiberplan.kernels.compile import leaf
 from fiberplan.kernels.even_motion import constant_speed_bound
 
 _SHORTEST = 1.0 / 128.0  # a piece of the step as short as this that is not shown clear counts as contact
+_ULP = 2.0**-52  # more than the rounding of a part of the step
 
 
 @leaf
@@ -33,7 +34,7 @@ def swept_clear(arms, i, a0, b0, da, db, j, c0, d0, dc, dd, limit, shown, landin
         s = shown + h
         frame_i = frame(arms, i, a0 + s * da, b0 + s * db)
         frame_j = frame(arms, j, c0 + s * dc, d0 + s * dd)
-        now, bound = constant_speed_bound(arms, i, frame_i, da, db, j, frame_j, dc, dd, h)
+        now, bound = constant_speed_bound(arms, i, frame_i, da, db, j, frame_j, dc, dd, h + _ULP)
         if bound >= limit:
             shown = s + h if length < 1.0 - shown else 1.0
             length *= 2.0

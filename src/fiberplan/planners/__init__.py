@@ -6,7 +6,8 @@ file holds which line of it. `amending` changes one goal of a plan that exists, 
 `protocol` is the contract as a type.
 
 **A planner** is a frozen dataclass. Its fields are the method's settings, with units beside them and defaults that
-work; it refuses senseless ones with `ProblemError`. It has a `name` (its key in `PLANNERS`), a `reference`, and one
+work, best made by `protocol.setting`, so that the command line lists them; it refuses senseless ones with
+`ProblemError`. It has a `name` (its key in `PLANNERS`), a `reference`, and one
 method, `plan(problem) -> Plan`.
 
 **What `plan` is given**: a `Problem` that is valid already, so start and goals are within ranges and clear of each

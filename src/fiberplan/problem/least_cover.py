@@ -11,6 +11,23 @@ from scipy.sparse.csgraph import connected_components
 _SMALL = 20  # clusters up to this size are searched for the exact tie-break, larger ones go to a MILP solver
 
 
+def least_loss(
+    contacts: Iterable[tuple[int, int]], can_yield: np.ndarray, weight: np.ndarray
+) -> dict[int, tuple[int, ...]]:
+    """Goals of least total weight whose loss removes every contact -> the arms that each of them touches.
+
+    Args:
+        contacts: pairs of arms, of which at least one can yield.
+        can_yield: (arms,) whether an arm has anything to lose; obstacles and what is held at rest have not.
+        weight: (n,) of 0 or more, of those that can.
+    """
+    contacts = [(int(a), int(b)) for a, b in contacts]
+    forced = {a if can_yield[a] else b for a, b in contacts if not (can_yield[a] and can_yield[b])}
+    free = [(a, b) for a, b in contacts if a not in forced and b not in forced]
+    lost = sorted(forced | least_cover(free, weight))
+    return {i: tuple(b if a == i else a for a, b in contacts if i in (a, b)) for i in lost}
+
+
 def least_cover(edges: Iterable[tuple[int, int]], weight: np.ndarray) -> set[int]:
     """Vertices of least total weight that touch every edge.
 

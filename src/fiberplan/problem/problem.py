@@ -5,7 +5,6 @@ row means "anywhere safe". A goal that cannot be kept is refused, or with ``conf
 """
 
 import dataclasses
-import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -17,7 +16,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
 from fiberplan.problem.configuration_choice import clear_goals
-from fiberplan.problem.least_cover import least_cover
+from fiberplan.problem.least_cover import least_loss
 from fiberplan.problem.targets import Targets, refuse_unreachable
 from fiberplan.tolerances import EQUALITY
 
@@ -101,14 +100,15 @@ class Problem(Frozen):
         if self.alternatives is not None:
             object.__setattr__(self, "alternatives", self._checked_alternatives())
         object.__setattr__(self, "dropped", self._checked_dropped())
+        if isinstance(self.margin, bool | np.bool_):
+            raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         object.__setattr__(self, "margin", number(self.margin, "mm", "margin", ProblemError))
         priority = np.ones(n) if self.priority is None else self.priority
         priority = read_only(priority, name="priority", error=ProblemError)
         if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
             raise ProblemError(f"priority must be {n} finite numbers of 0 or more")
         object.__setattr__(self, "priority", priority)
-        real = isinstance(self.margin, numbers.Real) and not isinstance(self.margin, bool)
-        if not (real and np.isfinite(self.margin) and self.margin >= 0):
+        if not (np.isfinite(self.margin) and self.margin >= 0):
             raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         if self.conflicts not in ("raise", "drop"):
             raise ProblemError(f"conflicts must be 'raise' or 'drop', got '{self.conflicts}'")
@@ -300,19 +300,12 @@ class Problem(Frozen):
         contacts = self._contacts(resting)
         if not drop:
             self._refuse_contacts("goal", contacts)
-        for i, blockers in self._least_loss(contacts).items():
+        can_yield = np.concatenate([self.plane.online, np.zeros(len(self.plane.obstacles), bool)])
+        assert self.priority is not None  # set on construction
+        for i, blockers in least_loss([(a, b) for a, b, _ in contacts], can_yield, self.priority).items():
             texts = [self._contact_text(*c) for c in contacts if i in c[:2]]
-            numbers = tuple(self.plane.public(b) for b in blockers)
-            dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), numbers)
+            touched = tuple(self.plane.public(b) for b in blockers)
+            dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), touched)
             goal[i] = np.nan
         object.__setattr__(self, "goal", read_only(goal))
         object.__setattr__(self, "dropped", FrozenDict(sorted(dropped.items())))
-
-    def _least_loss(self, contacts: list[tuple[int, int, float]]) -> dict[int, list[int]]:
-        """Goals of least total priority whose loss removes every contact -> the arms each of them touches."""
-        assert self.priority is not None  # set on construction
-        online = np.concatenate([self.plane.online, np.zeros(len(self.plane.obstacles), bool)])
-        forced = {a if online[a] else b for a, b, _ in contacts if not (online[a] and online[b])}
-        free = [(a, b) for a, b, _ in contacts if online[a] and online[b] and a not in forced and b not in forced]
-        lost = sorted(forced | least_cover(free, self.priority))
-        return {i: [b if a == i else a for a, b, _ in contacts if i in (a, b)] for i in lost}

@@ -1,8 +1,8 @@
-"""A new way for one positioner through everyone else's, who keep theirs; where there is none, a few make room.
+"""A new path for one positioner past everyone else's, which they keep; where there is none, a few make room.
 
 The search is the direct planner's (`fiberplan.planners.direct`), on a patch of the array: the one positioner takes the
-cheapest way past its neighbours; those that it still touches are freed, and contacts among the freed are repaired;
-whoever those touch is freed next. Everyone who is not freed moves as before, and so does whoever was freed for nothing.
+cheapest path past its neighbours; those that it still touches are freed, and contacts among the freed are repaired;
+those that they touch are freed next. All that are not freed move as before, and so do those freed for nothing.
 What is found on the lattice is proven on the patch by `fiberplan.verify`; a pair that fails is kept farther apart.
 """
 
@@ -15,7 +15,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.planners.amending.subarray import patch_around, with_part
 from fiberplan.planners.direct.contacts import contacts_of_all
-from fiberplan.planners.direct.lattice import Lattice, longest_step, make_lattice
+from fiberplan.planners.direct.lattice import Lattice, make_lattice, step_length
 from fiberplan.planners.direct.repair import (
     SOLVED,
     Search,
@@ -35,24 +35,24 @@ _TURN = np.radians(6.0)  # of the fastest joint in a step
 _MOST_STEPS = 120, 400  # a motion that lasts longer is searched in longer steps: at first, and later
 _FEWEST_STEPS = 20  # where some are to be added
 _REPAIRS = (5, 30, 60, 120, 120)  # replans in each round; before the next, those in contact are freed
-_TOGETHER = 2  # from this round on pairs may be moved together, which is dear
-_MOST_TOGETHER = 6  # such moves in all rounds
-_CHUNK = 5  # replans between looks at how many there were
+_JOINTLY = 2  # from this round on pairs may be moved jointly, which is expensive
+_MOST_JOINTLY = 6  # such moves in all rounds
+_CHUNK = 5  # replans between two checks of how many there were
 _MOST_FREED = 10
-_PROOFS = 4  # looks at a result; between them, pairs that failed are kept farther apart
-_CLOSE, _SHUT = 10.0, 1000.0  # prices of a step in contact with what could make room and what cannot
+_PROOFS = 4  # of one result; between them, pairs that failed are kept farther apart
+_CLOSE, _BLOCKED = 10.0, 1000.0  # prices of a step in contact with what could make room and what cannot
 _INFLATION = 0.2  # [mm] for a pair that failed its proof
 
 
-class Way(NamedTuple):
+class Rerouted(NamedTuple):
     """What came of it."""
 
-    motion: Trajectory | None  #: of everybody; None: no way was found
-    moved: tuple[int, ...]  #: who moves otherwise than before
-    blockers: tuple[int, ...]  #: without a way: who was in the way; -1 - k is obstacle k
+    motion: Trajectory | None  #: of everybody; None: no path was found
+    moved: tuple[int, ...]  #: positioners that move otherwise than before
+    blockers: tuple[int, ...]  #: without a path: arms that blocked it; -1 - k is obstacle k
 
 
-def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int) -> Way:
+def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int) -> Rerouted:
     """Lead positioner `amended` to its end, everyone else as before as far as that goes.
 
     Args:
@@ -60,7 +60,7 @@ def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int
         motion: of everybody so far, safe.
         ends: (n, 2) where everybody has to end [rad]; NaN rows: anywhere safe.
         amended: the positioner.
-        longer: part of the motion's duration that may be added where there is no way without.
+        longer: part of the motion's duration that may be added where there is no path without.
         seed: of the order of repairs.
     """
     plane = problem.plane
@@ -68,21 +68,21 @@ def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int
     horizon = max(motion.duration, needed)
     blockers: tuple[int, ...] = ()
     for added in sorted({0.0, longer}):
-        free, together = [amended], _MOST_TOGETHER
+        free, jointly = [amended], _MOST_JOINTLY
         for turn, most in enumerate(_REPAIRS):
-            attempt = _Attempt(problem, motion, ends, free, horizon, added, turn, together * (turn >= _TOGETHER), seed)
+            attempt = _Attempt(problem, motion, ends, free, horizon, added, turn, jointly * (turn >= _JOINTLY), seed)
             found = attempt.run(amended, most)
-            together = max(0, together - attempt.moved_together)
+            jointly = max(0, jointly - attempt.moved_jointly)
             if found is not None:
-                return Way(*found, ())
+                return Rerouted(*found, ())
             blockers = blockers or attempt.in_contact_with([amended])
             others = [j for j in attempt.in_contact_with(free) if j >= 0 and plane.online[j] and j not in free]
             free = [*free, *others][:_MOST_FREED]
-    return Way(None, (), blockers)
+    return Rerouted(None, (), blockers)
 
 
 class _Attempt:
-    """The ways of a few free positioners among others that move as before."""
+    """The paths of a few free positioners among others that move as before."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class _Attempt:
         horizon: float,
         added: float,
         turn: int,
-        together: int,
+        jointly: int,
         seed: int,
     ):
         self._motion, self._margin, self._limit = motion, problem.margin, problem.margin + SLACK
@@ -102,33 +102,34 @@ class _Attempt:
         plane, start = patch.plane, problem.start[patch.who]
         movable = np.isin(np.arange(plane.n), self._free)
         goal = np.where(movable[:, None], ends[patch.who], start)
-        longest = max(longest_step(plane, start, goal, _TURN), horizon / _MOST_STEPS[turn > 0])
+        length = step_length(plane, start, goal, _TURN)
+        longest = max(length.longest, (1.0 + added) * horizon / _MOST_STEPS[turn > 0])
         if added:
             longest = min(longest, horizon / _FEWEST_STEPS)
         steps = max(1, int(np.ceil(horizon / longest - 1e-9)))
         self._duration = horizon / steps
         steps += int(added * steps)
         self._before = motion.select(patch.who)
-        self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps)
+        self._lattice: Lattice = make_lattice(plane, start, goal, movable, self._duration, steps, length.widest)
         self._lattice.path[: plane.n] = self._before.sampled(self._duration * np.arange(steps + 1))
         self._as_before = self._lattice.path.copy()
-        self._together = together
+        self._jointly = jointly
         self._near = Neighbourhood.of(plane, problem.margin)
         self._pairs = self._near.pairs
         self._search: Search = make_search(plane.n, len(self._pairs), self._limit, seed)
         able = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
-        self._search.weight[:] = np.where(able[self._pairs].all(axis=1), _CLOSE, _SHUT)
+        self._search.weight[:] = np.where(able[self._pairs].all(axis=1), _CLOSE, _BLOCKED)
         self._search.needs[:] = 1  # how long a pair needs alone is not asked here
-        if not together:
+        if not jointly:
             self._search.tries[:] = -sum(_REPAIRS)
 
     @property
-    def moved_together(self) -> int:
-        """How often pairs were moved together."""
-        return int(self._search.work[1])
+    def moved_jointly(self) -> int:
+        """How often pairs were moved jointly."""
+        return int(self._search.work[0]["joint_moves"])
 
     def run(self, amended: int, most: int) -> tuple[Trajectory, tuple[int, ...]] | None:
-        """Everybody's motion and who moves otherwise than before, if `most` replans find a way that is proven."""
+        """Everybody's motion and which positioners it changes, if `most` replans find paths that are proven."""
         lattice, search, arms, patch = self._lattice, self._search, self._patch.plane.arms, self._patch
         scratch = make_scratch(lattice)
         first = np.flatnonzero(patch.who == amended)
@@ -140,7 +141,7 @@ class _Attempt:
                 result = repair(
                     arms, self._near, lattice, self._pairs, search, scratch, self._limit, lattice.steps, _CHUNK
                 )
-                if result == SOLVED or self.moved_together > self._together:
+                if result == SOLVED or self.moved_jointly > self._jointly:
                     break
             if result != SOLVED:
                 return None
@@ -156,7 +157,7 @@ class _Attempt:
         return None
 
     def _as_motion(self, changed: np.ndarray) -> Trajectory:
-        """The patch's motion, those that `changed` along their new ways, with few knots."""
+        """The patch's motion, those that `changed` along their new paths, with few knots."""
         new = as_trajectory(self._lattice.path[changed], self._duration)
         motion = with_part(self._before, changed, new)
         return straighten(self._patch.plane, motion, self._margin, self._near, changed)
@@ -169,10 +170,10 @@ class _Attempt:
         failed = [tuple(pair) in pairs and not (fixed[pair[0]] and fixed[pair[1]]) for pair in self._pairs.tolist()]
         return np.flatnonzero(failed)
 
-    def in_contact_with(self, who: list[int]) -> tuple[int, ...]:
-        """Whom the positioners `who` touched last, themselves left out; obstacle k is -1 - k."""
+    def in_contact_with(self, positioners: list[int]) -> tuple[int, ...]:
+        """Arms that `positioners` touched last, themselves left out; obstacle k is -1 - k."""
         found: list[int] = []
         for i, j in self._pairs[self._search.contacts > 0].tolist():
             arms = [self._patch.whole(self._patch.plane.public(arm)) for arm in (i, j)]
-            found += [b for a, b in (arms, arms[::-1]) if a in who]
+            found += [b for a, b in (arms, arms[::-1]) if a in positioners]
         return tuple(sorted(set(found)))

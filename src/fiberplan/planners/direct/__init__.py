@@ -3,35 +3,36 @@
 Symbols: K steps of tau seconds; for each positioner a lattice of alpha nodes a, beta nodes b and steps k, on which one
 step turns a joint by one node at most, at full speed; w_p the weight of a pair p of neighbours (1 at first); C the
 pairs in contact. The ideas are those of MAPF-LNS2 (Li et al. 2022: repair by soft conflicts) and of breakout (Morris
-1993: a conflict that persists grows heavier). A set of beta nodes is one machine word.
+1993: a conflict that persists grows heavier). A set of beta nodes is one machine word. Where several configurations
+reach a target, `goals.goals_in_time` has chosen one: the quickest that touches no other goal.
 
 Algorithm                                                             here
 ---------------------------------------------------------------------------------------------------------------------
  1  K tau = the largest joint travel over its speed; a lattice for    `search.DirectSearch`, `lattice.make_lattice`,
-      each positioner through its goal, its start one more node         `lattice.longest_step`
+      each positioner through its goal, its start one more node         `lattice.step_length`
  2  K = what any positioner needs past arms that never move; if       `search.DirectSearch.begin`,
       that is more than allowed, its goal is given up                   `pairs.steps_past_fixed`
  3  each positioner on its cheapest path, as if alone                 `repair.place_each`
  4  C = pairs in contact, in continuous time                          `contacts.contacts_of_all`
  5  until C is empty:                                                 `search.DirectSearch.run`, `repair.repair`
  6    p = a random pair of C; i, j = its arms, in random order
- 7    if p has been tried more than 8 times: paths of i and j         `repair._join`, `pairs.move_together`: all joint
+ 7    if p has been tried more than 8 times: paths of i and j         `repair._join`, `pairs.move_jointly`: all joint
         jointly, clear of each other and of the others; then of         nodes (a, b, a', b') that can be reached after
         fewer and fewer of those that could make room                   each step
  8      if there are none: K = what i and j need with nobody else     `pairs.steps_alone` (the pair bound, an estimate),
           there; if that is more than allowed, one goal is given up     `search.DirectSearch._lengthen_for`
  9    else path of i = the one of least sum over k of                 `single.replan`: dynamic programming over
         [ w_q for every neighbour in contact at k (pair q),             (a, b, k); nodes in contact by
-          a little for extension, a little for turning ]                `blocked_nodes.cast_shadow`
-10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._look_around`
+          a little for extension, a little for turning ]                `blocked_nodes.mark_blocked`
+10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._update_contacts`
 11    if that takes more than some 400 replans: clusters of 3 or 4    `untangle.cluster_around`, `untangle.untangled`:
         around pairs of C on joint paths; K += 1, 2, 3, ...             RRT-Connect, cut into whole steps
 12    if work or K is used up: clusters of 4 once; then the goals     `search.DirectSearch._settle`,
-        of least total priority that have a part in all of C are        `problem.least_cover`
+        of least total priority that have a part in all of C are        `problem.least_cover.least_loss`
         given up, and the search goes on
 13  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
       stay clear                                                        `planners.shared.straighten`
-14  a loss is proven where speeds, or what never moves, forbid the    `planner.Direct.plan`,
+14  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
       goal; if any loss is unproven, the fold hub is planned too,       `certificates.proven_unreachable`,
       and the plan of greater kept priority is returned                 `planners.greedy_fold`
 

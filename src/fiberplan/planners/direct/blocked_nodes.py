@@ -1,7 +1,7 @@
 """Where a positioner cannot be because of another one: sets of lattice nodes, one machine word of betas per alpha.
 
-A node is shut when the clearance there, bodies and all, is less than a limit. Looking along beta, a clearance of c more
-than the limit vouches for all betas that the farthest body point cannot use c up to reach.
+A node is blocked when the clearance there, bodies and all, is less than a limit. If the clearance at one beta exceeds
+the limit by c, every beta is free too to which no body point moves farther than c.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ _ONE = np.uint64(1)
 _NONE = np.uint64(0)
 _TURN = 2.0 * np.pi
 _ROOM = 1e-6  # [mm] for rounding
-_LEAP = 8.0  # betas that one look may vouch for: looking farther costs more than looking again
+_LEAP = 8.0  # betas that one clearance may vouch for: measuring larger ones exactly costs more than it saves
 
 
 @inlined
@@ -110,7 +110,7 @@ def _among(lattice, i, low, high):
 
 
 @leaf
-def _betas_to_look_at(arms, lattice, i, ex, ey, first, j, frame_j, limit):
+def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
     """The beta nodes of positioner i at which circles about its pieces come within `limit` [mm] of those of arm j.
 
     The elbow is at (ex, ey), and the first link points to `first` [rad]. A piece rides on a circle about the elbow, so
@@ -146,17 +146,17 @@ def _betas_to_look_at(arms, lattice, i, ex, ey, first, j, frame_j, limit):
 
 
 @leaf
-def shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
+def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
     """The beta nodes of positioner i at its alpha node `a` that do not clear arm j by `limit` [mm]."""
     bits = _NONE
     x, y = arms.arm[i].x + arms.arm[i].length * trig[a, 0, 0], arms.arm[i].y + arms.arm[i].length * trig[a, 0, 1]
     if cannot_meet(arms, lattice, i, x, y, j, frame_j, limit):
         return bits
     first = lattice.alpha[i, a] + arms.arm[i].alpha_zero
-    look = _betas_to_look_at(arms, lattice, i, x, y, first, j, frame_j, limit)
+    doubtful = _betas_to_check(arms, lattice, i, x, y, first, j, frame_j, limit)
     b = 0
     while b < lattice.size[i, 1]:
-        if not holds(look, b):
+        if not holds(doubtful, b):
             b += 1
             continue
         at = node_frame(arms, i, trig, a, b)
@@ -170,10 +170,10 @@ def shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
 
 
 @leaf
-def cast_shadow(arms, lattice, i, trig, motion, j, limit, steps, row, shut):
-    """Add to `shut` (steps + 1, A) the nodes of positioner i that arm j on its way shuts after each step.
+def mark_blocked(arms, lattice, i, trig, motion, j, limit, steps, row, blocked):
+    """Add to `blocked` (steps + 1, A) the nodes of positioner i that arm j on its path blocks after each step.
 
-    `row` (A,) is scratch: where j waits, what it shuts is looked up once.
+    `row` (A,) is scratch: while j waits, what it blocks is found once.
     """
     known_low, known_high = 0, -1
     frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
@@ -186,9 +186,9 @@ def cast_shadow(arms, lattice, i, trig, motion, j, limit, steps, row, shut):
         for a in range(low, high + 1):
             if known_low <= a <= known_high:
                 continue
-            row[a] = shut_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
+            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
         for a in range(low, high + 1):
-            shut[k, a] |= row[a]
+            blocked[k, a] |= row[a]
         if known_high < known_low:
             known_low, known_high = low, high
         elif low <= known_high + 1 and high >= known_low - 1:

@@ -1,4 +1,4 @@
-"""Which pairs touch on the ways that the lattice holds, in continuous time."""
+"""Which pairs touch on the paths that the lattice holds, in continuous time."""
 
 from fiberplan.kernels.arms import frame, motion
 from fiberplan.kernels.clearance import frames_clearance

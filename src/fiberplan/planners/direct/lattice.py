@@ -3,6 +3,9 @@
 Every positioner has a lattice of its own, whose spacing is what its joints turn in one step at full speed and which
 passes through its goal; its start is one node more. So a move to an adjacent node never exceeds a speed limit, and
 neither end needs rounding. Obstacles follow the positioners and never move.
+
+The size of a lattice is bounded whatever the speeds and ranges: a move has at most `MOST_STEPS` steps, a beta
+`MOST_BETAS` nodes, and an alpha those of its move and a turn beyond either end.
 """
 
 from typing import NamedTuple
@@ -15,11 +18,13 @@ from fiberplan.kernels.compile import inlined, kernel
 from fiberplan.tolerances import UNDER_LIMIT
 
 MOST_BETAS = 64  #: nodes of the second joint: a set of them is one machine word
+MOST_STEPS = 128  #: of the move that takes longest; beyond that steps last longer, and nodes lie farther apart
+_ASIDE = 2.0 * np.pi  # [rad] beyond start and goal that an alpha may turn on its path: once around
 _SAME = 1e-12  # [rad] a node this close to the start is the start
 
 
 class Lattice(NamedTuple):
-    """Nodes, and everybody's motion over them; `path` and `node` change while the planner searches."""
+    """Nodes, and everybody's motion over them; `path` and `fixed` change while the planner searches."""
 
     alpha: np.ndarray  #: (n, A) nodes, increasing, then NaN [rad]
     beta: np.ndarray  #: (n, B) [rad]
@@ -27,11 +32,8 @@ class Lattice(NamedTuple):
     first: np.ndarray  #: (n, 2) the node of the start
     last: np.ndarray  #: (n, 2) the node of the goal; -1: anywhere safe
     path: np.ndarray  #: (arms, steps + 1, 2) where each arm is after each step [rad]
-    node: np.ndarray  #: (n, steps + 1, 2) the same as nodes
     circle: np.ndarray  #: (arms, 3) center in its frame and radius of a circle about the bodies of the last link [mm]
-    first_link: (
-        np.ndarray
-    )  #: (arms,) how far bodies of the first link are from the base [mm]; negative if there are none
+    first_link: np.ndarray  #: (arms,) how far bodies on the first link are from the base [mm]; negative: none there
     fixed: np.ndarray  #: (arms,) never moves
 
     @property
@@ -75,19 +77,34 @@ def _place_nodes(low, high, through, start, spacing, nodes, size, first, last):
         size[i] = filled
 
 
-def longest_step(plane: FocalPlane, start: np.ndarray, goal: np.ndarray, turn: float) -> float:
-    """Duration of a step [s] in which no alpha turns by more than `turn` [rad]; longer if beta has too far to go."""
-    travel = np.nan_to_num(np.abs(goal - start))[:, 1] / plane.max_speed[:, 1]
-    return float(max(turn / plane.max_speed[:, 0].max(), travel.max(initial=0.0) / (MOST_BETAS - 8)))
+class StepLength(NamedTuple):
+    """How long steps may last, and how far apart nodes may lie however long they last."""
+
+    longest: float  #: [s]
+    widest: np.ndarray  #: (2,) spacing of nodes [rad]
+
+
+def step_length(plane: FocalPlane, start: np.ndarray, goal: np.ndarray, turn: float) -> StepLength:
+    """Steps in which no alpha turns by more than `turn` [rad]; by more where a beta has too far to go for that.
+
+    A joint that is much slower than the fastest needs longer steps, or its lattice would have too many nodes. In those
+    the fast joints use part of their speed only: they have many more steps than they need.
+    """
+    travel = np.nan_to_num(np.abs(goal - start))[:, 1]
+    speed, most = plane.max_speed, MOST_BETAS - 8
+    fastest = speed.max(axis=0)
+    unit = max(turn / fastest[0], travel.max(initial=0.0) / fastest[1] / most)
+    longest = max(unit, (travel / speed[:, 1]).max(initial=0.0) / most)
+    return StepLength(float(longest), fastest * unit)
 
 
 def _ranges(
     plane: FocalPlane, start: np.ndarray, through: np.ndarray, spacing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joint ranges (n, 2) to search [rad]: all, or what lies around the move where that would be too many nodes."""
+    """Joint ranges (n, 2) to search [rad]: what lies around the move, which is all where that is not too many nodes."""
     ends = np.minimum(start, through), np.maximum(start, through)
     aside = (
-        np.full(len(start), float(MOST_BETAS)),
+        np.minimum(float(MOST_BETAS), np.ceil(_ASIDE / spacing[:, 0])),
         np.floor((MOST_BETAS - 4 - (ends[1] - ends[0])[:, 1] / spacing[:, 1]) / 2),
     )
     around = np.stack(aside, axis=1) * spacing
@@ -115,7 +132,13 @@ def _extents(arms: Arms, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def make_lattice(
-    plane: FocalPlane, start: np.ndarray, goal: np.ndarray, movable: np.ndarray, duration: float, steps: int
+    plane: FocalPlane,
+    start: np.ndarray,
+    goal: np.ndarray,
+    movable: np.ndarray,
+    duration: float,
+    steps: int,
+    widest: np.ndarray,
 ) -> Lattice:
     """The lattice of a problem with everybody standing at the start.
 
@@ -126,10 +149,11 @@ def make_lattice(
         movable: (n,) who may move.
         duration: of a step [s].
         steps: how many.
+        widest: (2,) nodes lie no farther apart than this [rad], unless the goal would be too many steps away.
     """
     n, arms = plane.n, plane.arms
     through = np.where(np.isnan(goal), start, goal)
-    spacing = plane.max_speed * UNDER_LIMIT * duration
+    spacing = np.minimum(plane.max_speed * UNDER_LIMIT * duration, np.maximum(widest, np.abs(through - start) / steps))
     low, high = _ranges(plane, start, through, spacing)
     most = np.floor((high - low) / spacing).astype(np.int64).max(axis=0) + 3
     nodes = [np.full((n, most[d]), np.nan) for d in (0, 1)]
@@ -140,19 +164,16 @@ def make_lattice(
     last[np.isnan(goal[:, 0])] = -1
     path = np.zeros((len(arms.arm), steps + 1, 2))
     path[:n] = start[:, None]
-    node = np.repeat(first[:, None].astype(np.int16), steps + 1, axis=1)
     fixed = np.ones(len(arms.arm), bool)
     fixed[:n] = ~movable
-    return Lattice(nodes[0], nodes[1], size, first, last, path, node, *_extents(arms, n), fixed)
+    return Lattice(nodes[0], nodes[1], size, first, last, path, *_extents(arms, n), fixed)
 
 
 def lengthened(lattice: Lattice, steps: int) -> Lattice:
     """The same with more steps, in which everybody stands where they ended."""
     extra = steps - lattice.steps
-    path, node = (
-        np.concatenate([x, np.repeat(x[:, -1:], extra, axis=1)], axis=1) for x in (lattice.path, lattice.node)
-    )
-    return lattice._replace(path=path, node=node)
+    path = np.concatenate([lattice.path, np.repeat(lattice.path[:, -1:], extra, axis=1)], axis=1)
+    return lattice._replace(path=path)
 
 
 @inlined
@@ -167,7 +188,7 @@ def window(lattice, i, k, steps):
 
 @inlined
 def between(lattice, i, d, steps):
-    """First and last node of joint d that positioner i can pass on a way to its goal of so many steps."""
+    """First and last node of joint d that positioner i can pass on a path to its goal of so many steps."""
     first, last, most = lattice.first[i, d], lattice.last[i, d], lattice.size[i, d] - 1
     if last < 0:
         return max(0, first - steps), min(most, first + steps)
@@ -178,5 +199,4 @@ def between(lattice, i, d, steps):
 @inlined
 def put(lattice, i, k, a, b):
     """Positioner i is at node (a, b) after step k."""
-    lattice.node[i, k, 0], lattice.node[i, k, 1] = a, b
     lattice.path[i, k, 0], lattice.path[i, k, 1] = lattice.alpha[i, a], lattice.beta[i, b]

@@ -1,34 +1,35 @@
 """Straight from field to field, in close to the least time that the joints allow.
 
-Everybody takes the cheapest way of their own over a lattice of (alpha, beta, time); contacts are then repaired one
+Everybody takes the cheapest path of their own over a lattice of (alpha, beta, time); contacts are then repaired one
 positioner at a time, and pair by pair where that gets stuck (`fiberplan.planners.direct.search`). What is found is
 clear in continuous time; straightening leaves a few knots of it.
 """
 
 import dataclasses
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic, process_time
 
 import numpy as np
 
-from fiberplan.certificates import proven_unreachable
 from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.plan import Outcome, Plan
-from fiberplan.plan.outcomes import all_blockers, settled_outcome
+from fiberplan.motion import Trajectory
+from fiberplan.plan import Plan
+from fiberplan.planners.direct.goals import Goals, goals_in_time
+from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS
+from fiberplan.planners.direct.losses import Losses
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
-from fiberplan.planners.protocol import PLANNERS
-from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
+from fiberplan.planners.protocol import PLANNERS, setting
+from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
-from fiberplan.tolerances import UNDER_LIMIT
 
 _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
+_HUB_KEEPS_MORE = "the fold hub keeps more than the direct path"
 
 
 @PLANNERS.register("direct")
@@ -40,9 +41,9 @@ class Direct:
         ProblemError: a time, budget or turn that is not positive.
     """
 
-    max_time: float | None = None  #: cap of the makespan [s]
-    budget: float = 60.0  #: replans per positioner, and 5,000, before goals are given up; a joint one counts as 20
-    turn: float = np.radians(6.0)  #: of alpha in one step of the search [rad]
+    max_time: float | None = setting(None, "give up what cannot be done in this time", "s")
+    budget: float = setting(60.0, "replans per positioner, and 5,000, before goals are given up; a joint one counts 20")
+    turn: float = setting(np.radians(6.0), "turn of alpha in one step of the search", "rad")
     seed: int = 0  #: of the order of repairs
 
     name = "direct"
@@ -69,14 +70,12 @@ class Direct:
             report: told about progress, in words.
 
         Raises:
-            ProblemError: arms of four bars.
+            ProblemError: four-bar arms; or so many arms and steps that their paths would not fit into memory.
         """
-        refuse_bars(self.name, problem.plane)
+        require_two_links(self.name, problem.plane)
         begun = process_time()
         ends = np.inf if deadline is None else monotonic() + deadline
-        near = Neighbourhood.of(problem.plane, problem.margin)
-        goal, late = self._goals(problem, near)
-        search = DirectSearch(problem, near, goal, self.turn, self.max_time, self.seed)
+        search: DirectSearch | None = None
 
         def proceed() -> bool:
             if report is not None:
@@ -84,50 +83,77 @@ class Direct:
             return monotonic() < ends
 
         try:
+            near = Neighbourhood.of(problem.plane, problem.margin)
+            goals = goals_in_time(problem, near, self.max_time)
+            search = DirectSearch(problem, near, goals.angles, self.turn, self.max_time, self.seed)
             search.begin()
             solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
         except (KeyboardInterrupt, Exception) as error:
             if not interrupted(error):
                 raise
             solved = False
+        if search is None:
+            return self._hub(problem, begun, Losses.none(problem), interrupted=True)
+        if solved:
+            return self._finished(problem, near, search, goals, begun)
+        search.stop_here()
+        return self._finished(problem, near, search, goals, begun, interrupted=True)
+
+    def _finished(
+        self,
+        problem: Problem,
+        near: Neighbourhood,
+        search: DirectSearch,
+        goals: Goals,
+        begun: float,
+        interrupted: bool = False,
+    ) -> Plan:
+        """The plan that a search has found, or the fold hub's if that is the better one."""
         searched = process_time()
-        if not solved:
-            return self._hub(problem, begun, "interrupted: the fold hub is the best plan so far", interrupted=True)
         motion = as_trajectory(search.lattice.path[: problem.n], search.duration)
         motion = straighten(problem.plane, motion, problem.margin, near)
-        barred = [i for i in search.given_up if _is_barred(problem, i)]
+        motion = self._in_time(problem, goals.angles, motion)
+        losses = Losses.of(problem, search, goals, self.max_time, motion.end)
+        timings = {"search": searched - begun, "straighten": process_time() - searched}
         plan = Plan(
             problem=problem,
             trajectory=motion,
-            outcomes=_outcomes(problem, search, late, barred),
+            outcomes=losses.outcomes(problem),
             planner=self.name,
             parameters=dataclasses.asdict(self),
             seed=self.seed,
-            blockers=_blockers(problem, search),
-            timings={"search": searched - begun, "straighten": process_time() - searched},
-            notes=(*problem.notes, *_notes(problem, search, late, barred, self.max_time)),
+            blockers=losses.blockers(problem),
+            timings=timings,
+            notes=(*problem.notes, *_bounds(problem, search), *_coarse(self.turn, search), *losses.notes(problem)),
+            interrupted=interrupted,
         )
-        if len(barred) == len(search.given_up):
+        if not losses.unproven:
             return plan
-        hub = self._hub(problem, begun, "the fold hub keeps more than the direct way")
+        try:
+            hub = self._hub(problem, begun, losses, interrupted)
+        except KeyboardInterrupt:
+            return dataclasses.replace(plan, interrupted=True)
         in_time = self.max_time is None or hub.makespan <= self.max_time
-        return hub if in_time and hub.kept > plan.kept else plan
+        better = (-hub.kept, hub.makespan) < (-plan.kept, plan.makespan)
+        unsafe = interrupted and not plan.certificate.ok
+        return hub if unsafe or (in_time and better) else plan
 
-    def _goals(self, problem: Problem, search_near: Neighbourhood) -> tuple[np.ndarray, np.ndarray]:
-        """Goals (n, 2) to go to [rad], the quickest where there is a choice; and who cannot be there by `max_time`."""
-        goal = np.array(faster_goals(problem, search_near))
-        late = np.zeros(problem.n, bool)
-        if self.max_time is not None:
-            needed = np.nan_to_num(np.abs(goal - problem.start) / (problem.plane.max_speed * UNDER_LIMIT)).max(axis=1)
-            late = needed > self.max_time
-            goal[late] = np.nan
-        return goal, late
+    def _in_time(self, problem: Problem, goal: np.ndarray, motion: Trajectory) -> Trajectory:
+        """The motion at the joints' very limits, where what planners keep below them would make it late."""
+        if self.max_time is None or not motion.duration > self.max_time:
+            return motion
+        travel = np.nan_to_num(np.abs(goal - problem.start) / problem.plane.max_speed).max(initial=0.0)
+        end = max(self.max_time, float(travel))
+        times = np.minimum(motion.times * (end / motion.duration), end)
+        return Trajectory(motion.offsets, times, motion.angles)
 
-    def _hub(self, problem: Problem, begun: float, why: str, interrupted: bool = False) -> Plan:
-        """The plan of the fold hub, as a plan of this planner."""
+    def _hub(self, problem: Problem, begun: float, losses: Losses, interrupted: bool) -> Plan:
+        """The plan of the fold hub, as a plan of this planner, which may know that some cannot arrive at all."""
         hub = GreedyFold(step=_HUB_STEP, seed=self.seed).plan(problem)
+        why = "interrupted: the fold hub is the best plan so far" if interrupted else _HUB_KEEPS_MORE
         return dataclasses.replace(
             hub,
+            outcomes=losses.proven_in(hub.outcomes),
             planner=self.name,
             parameters=dataclasses.asdict(self),
             timings={"search": process_time() - begun},
@@ -136,38 +162,8 @@ class Direct:
         )
 
 
-def _is_barred(problem: Problem, i: int) -> bool:
-    """Whether it is proven that what never moves bars positioner `i` from its goal, and from every alternative."""
-    if np.isnan(problem.goal[i, 0]):
-        return False
-    others = [] if problem.alternatives is None else [q for q in problem.alternatives[i] if not np.isnan(q[0])]
-    goals = [problem.goal[i], *others]
-    return all(proven_unreachable(problem.plane, i, problem.start, goal, problem.margin) for goal in goals)
-
-
-def _outcomes(problem: Problem, search: DirectSearch, late: np.ndarray, barred: Sequence[int]) -> tuple[Outcome, ...]:
-    """An outcome for every positioner, the first that fits."""
-
-    def outcome(i: int) -> Outcome:
-        settled = settled_outcome(problem, i)
-        if settled is None and (late[i] or i in barred):
-            return Outcome.INFEASIBLE
-        return settled or (Outcome.DEADLOCKED if i in search.given_up else Outcome.ARRIVED)
-
-    return tuple(outcome(i) for i in range(problem.n))
-
-
-def _blockers(problem: Problem, search: DirectSearch) -> dict[int, tuple[int, ...]]:
-    """Positioner that does not arrive -> who stood in its way; -1 - k is obstacle k."""
-    n = problem.n
-    given_up = {i: tuple(j if j < n else n - 1 - j for j in arms) for i, arms in search.given_up.items()}
-    return all_blockers(problem, given_up)
-
-
-def _notes(
-    problem: Problem, search: DirectSearch, late: np.ndarray, barred: Sequence[int], max_time: float | None
-) -> list[str]:
-    """What the outcomes do not say."""
+def _bounds(problem: Problem, search: DirectSearch) -> list[str]:
+    """What set the makespan, if the joints' speeds did not."""
     ids, notes = problem.plane.ids, []
     if search.slowest_pair is not None:
         names = " and ".join(ids[i] for i in search.slowest_pair)
@@ -176,14 +172,15 @@ def _notes(
     if search.slowest_past_fixed is not None:
         name, seconds = ids[search.slowest_past_fixed], search.duration * search.need_past_fixed
         notes.append(f"{name} needs {seconds:.1f} s past what never moves (an estimate on a lattice, no proof)")
-    if late.any():
-        notes.append(f"proven out of reach within {max_time:g} s by joint speeds: {_listed(ids, np.flatnonzero(late))}")
-    if barred:
-        notes.append(f"proven barred from their goals by what never moves: {_listed(ids, barred)}")
-    if search.held:
-        notes.append(f"held at the start: {_listed(ids, sorted(search.held))}")
     return notes
 
 
-def _listed(ids: tuple[str, ...], who: Iterable[int]) -> str:
-    return ", ".join(ids[i] for i in who)
+def _coarse(turn: float, search: DirectSearch) -> list[str]:
+    """A note if alphas turn more in a step than was asked for."""
+    if not search.widest_turn > turn * (1.0 + 1e-6):
+        return []
+    return [
+        f"searched in steps of {search.duration:.3g} s, in which an alpha turns by up to "
+        f"{np.degrees(search.widest_turn):.3g} deg, not {np.degrees(turn):.3g} deg: a joint may take "
+        f"{MOST_STEPS} steps at most, a beta {MOST_BETAS - 8}"
+    ]

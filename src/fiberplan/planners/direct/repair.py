@@ -1,9 +1,9 @@
 """Contacts are repaired one positioner at a time, and what only gets stuck that way two at a time.
 
-Local search with soft conflicts: a positioner of some pair in contact is put on the cheapest way through everyone
+Local search with soft conflicts: a positioner of some pair in contact is put on the cheapest path through everyone
 else's, whether or not that is free; a pair that still touches afterwards weighs more from then on (breakout). A pair
-that has been tried often is moved together, first past everybody, then past fewer and fewer of those who could make
-room, who have to find other ways while the pair is held for a while.
+that has been tried often is moved jointly, first past everybody, then past fewer and fewer of those who could make
+room, who have to find other paths while the pair is held for a while.
 """
 
 from typing import NamedTuple
@@ -14,20 +14,38 @@ from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.randoms import uniform
 from fiberplan.planners.direct.contacts import steps_in_contact
 from fiberplan.planners.direct.lattice import Lattice
-from fiberplan.planners.direct.pairs import look_at_pair, move_together, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.pairs import (
+    find_clear_nodes,
+    joint_words,
+    move_jointly,
+    steps_alone,
+    steps_past_fixed,
+)
 from fiberplan.planners.direct.single import replan
 
 EXTENDED = 0.02  # price of a step at full extension; touching costs 1 or more
 TURN = 0.01  # price of a joint's turn by one node
 _HEAVIER = 0.5  # what a pair that still touches weighs more
 _INFLATION = 0.1  # [mm] by which a pair that touches only between steps is kept farther apart, every time
-_JOINT_INFLATION = 0.05  # [mm] the same for a pair that was moved together
-_MOST_INFLATION = 1.5  # [mm]
-_PATIENCE = 8  # replans on account of one pair before it is moved together
-HELD = 6  # conflicts that one who was moved together survives before being replanned alone
-_RESPECT = (1.5, 0.5, 0.0)  # how much neighbours' ways count, as a pair is moved together again and again
+_JOINT_INFLATION = 0.05  # [mm] the same for a pair that was moved jointly
+_MOST_INFLATION = 1.5  # [mm] of either
+_PATIENCE = 8  # replans on account of one pair before it is moved jointly
+HELD = 6  # conflicts after which a positioner that was moved jointly may be replanned alone
+_RESPECT = (1.5, 0.5, 0.0)  # how much neighbours' paths count, as a pair is moved jointly again and again
+_MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs more is not moved jointly
 
 SOLVED, SPENT, TOO_SHORT = 0, 1, 2
+
+WORK = np.dtype(
+    (
+        np.record,
+        [
+            ("replans", "i8"),  # of single positioners
+            ("joint_moves", "i8"),  # of pairs, in vain or not
+            ("short_pair", "i8"),  # that needs more steps than there are
+        ],
+    )
+)
 
 
 class Search(NamedTuple):
@@ -35,16 +53,16 @@ class Search(NamedTuple):
 
     contacts: np.ndarray  #: (pairs,) steps in contact
     weight: np.ndarray  #: (pairs,) float32 price of a step in contact
-    limits: np.ndarray  #: (pairs,) clearance that ways are searched with [mm]
-    joint_limits: np.ndarray  #: (pairs,) and that joint ways are [mm]
-    tries: np.ndarray  #: (pairs,) replans since the pair was last moved together
+    limits: np.ndarray  #: (pairs,) clearance that paths are searched with [mm]
+    joint_limits: np.ndarray  #: (pairs,) and that joint paths are [mm]
+    tries: np.ndarray  #: (pairs,) replans since the pair was last moved jointly
     joined: np.ndarray  #: (pairs,) how often it was
-    needs: np.ndarray  #: (pairs,) steps that it needs alone; 0 unknown, -1 for ever
+    needs: np.ndarray  #: (pairs,) steps that it needs alone; 0: not asked yet
     held: np.ndarray  #: (n,) conflicts until a positioner may be replanned alone
     open: np.ndarray  #: (pairs,) pairs in contact come first
     place: np.ndarray  #: (pairs,) where a pair is among them, or -1
     touching: np.ndarray  #: (1,) how many are in contact
-    work: np.ndarray  #: (4,) single replans, pairs moved together, of those in vain, the pair that needs more steps
+    work: np.ndarray  #: (1,) WORK: what has been done
     state: np.ndarray  #: (1,) of the random generator
 
 
@@ -53,36 +71,41 @@ class Scratch(NamedTuple):
 
     price: np.ndarray  # (steps + 1, A, B) float32
     cost: np.ndarray  # the same
-    turned: np.ndarray  # (A, B) float32
+    turned_alone: np.ndarray  # (A, B) float32
     bias: np.ndarray  # (B,) float32
     row: np.ndarray  # (A,) uint64
-    shut: np.ndarray  # (steps + 1, A) uint64
-    shut_other: np.ndarray
+    blocked: np.ndarray  # (steps + 1, A) uint64
+    blocked_other: np.ndarray
     trig: np.ndarray  # (A, B + 1, 2)
     trig_other: np.ndarray
-    reach: np.ndarray  # (steps + 1, A, B, A) uint64
-    turned_both: np.ndarray  # (2, A, B, A) uint64
-    clear: np.ndarray  # (A, B, A) uint64
+    reach: np.ndarray  # (words,) uint64: joint nodes after each step
+    begins: np.ndarray  # (steps + 2,) where those of each step begin
+    turned: np.ndarray  # (2, A B A) uint64
+    clear: np.ndarray  # (A B A,) uint64
     end: np.ndarray  # (4,)
 
 
 def make_scratch(lattice: Lattice) -> Scratch:
-    """Room for the largest lattice."""
+    """Room for the largest lattice, and for the joint nodes of any pair up to a limit.
+
+    Of `reach` only what a pair needs is ever touched, so only that much memory is taken.
+    """
     a, b, k = lattice.alpha.shape[1], lattice.beta.shape[1], lattice.steps + 1
     word = np.uint64
     return Scratch(
         price=np.empty((k, a, b), np.float32),
         cost=np.empty((k, a, b), np.float32),
-        turned=np.empty((a, b), np.float32),
+        turned_alone=np.empty((a, b), np.float32),
         bias=np.empty(b, np.float32),
         row=np.empty(a, word),
-        shut=np.empty((k, a), word),
-        shut_other=np.empty((k, a), word),
+        blocked=np.empty((k, a), word),
+        blocked_other=np.empty((k, a), word),
         trig=np.empty((a, b + 1, 2)),
         trig_other=np.empty((a, b + 1, 2)),
-        reach=np.empty((k, a, b, a), word),
-        turned_both=np.empty((2, a, b, a), word),
-        clear=np.empty((a, b, a), word),
+        reach=np.empty(min(_MOST_WORDS, k * a * b * a), word),
+        begins=np.empty(k + 1, np.int64),
+        turned=np.empty((2, a * b * a), word),
+        clear=np.empty(a * b * a, word),
         end=np.empty(4, np.int64),
     )
 
@@ -101,7 +124,7 @@ def make_search(n: int, pairs: int, limit: float, seed: int) -> Search:
         open=np.zeros(pairs, np.int64),
         place=np.full(pairs, -1),
         touching=np.zeros(1, np.int64),
-        work=np.zeros(4, np.int64),
+        work=np.zeros(1, WORK),
         state=np.array([seed], np.uint64),
     )
 
@@ -129,8 +152,8 @@ def note_all(search):
 
 
 @leaf
-def _look_around(arms, near, lattice, search, i, limit, steps):
-    """Find who is in contact with positioner i on its new way; whoever is weighs more."""
+def _update_contacts(arms, near, lattice, search, i, limit, steps):
+    """Find the contacts of positioner i on its new path; pairs in contact weigh more from now on."""
     for q in range(near.offsets[i], near.offsets[i + 1]):
         j, pair = near.near[q].arm, near.near[q].pair
         touching, ending = steps_in_contact(arms, lattice.path, i, j, limit, steps)
@@ -143,36 +166,37 @@ def _look_around(arms, near, lattice, search, i, limit, steps):
 
 @kernel
 def place_each(arms, near, lattice, search, scratch, who, steps):
-    """Put all of `who` on their cheapest ways past their neighbours' ways; `near` may leave neighbours out."""
+    """Put all of `who` on their cheapest paths past their neighbours' paths; `near` may leave neighbours out."""
     for i in who:
         replan(arms, near, lattice, i, search.weight, search.limits, scratch, EXTENDED, TURN, steps)
 
 
 @leaf
 def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
-    """Move a pair together; returns False if it needs more steps than there are."""
+    """Move a pair jointly; returns False if it needs more steps than there are."""
     variety = min(1.0, 0.2 * search.joined[pair])
-    look_at_pair(arms, lattice, i, j, search.joint_limits[pair], scratch, steps)
+    find_clear_nodes(arms, lattice, i, j, search.joint_limits[pair], scratch, steps)
     for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
-        search.work[1] += 1
+        search.work[0].joint_moves += 1
         limits, respect = search.limits, _RESPECT[n]
-        if move_together(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, search.state):
+        if move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, search.state):
             search.joined[pair] += 1
             search.held[i] = search.held[j] = HELD
-            _look_around(arms, near, lattice, search, i, limit, steps)
-            _look_around(arms, near, lattice, search, j, limit, steps)
-            if search.contacts[pair] > 0:
+            _update_contacts(arms, near, lattice, search, i, limit, steps)
+            _update_contacts(arms, near, lattice, search, j, limit, steps)
+            if search.contacts[pair] > 0 and search.joint_limits[pair] < limit + _MOST_INFLATION:
                 search.joint_limits[pair] += _JOINT_INFLATION
                 search.needs[pair] = 0
             return True
-        search.work[2] += 1
     return False
 
 
 @kernel
 def repair(arms, near, lattice, pairs, search, scratch, limit, steps, most):
-    """Replan until nothing touches, or `most` times; SOLVED, SPENT, or TOO_SHORT: search.work[3] needs more steps."""
-    n = len(lattice.size)
+    """Replan until nothing touches, or `most` times; SOLVED, SPENT, or TOO_SHORT: a pair needs more steps.
+
+    `search.work` says which pair that is.
+    """
     for _ in range(most):
         if search.touching[0] == 0:
             return SOLVED
@@ -180,22 +204,24 @@ def repair(arms, near, lattice, pairs, search, scratch, limit, steps, most):
         i, j = pairs[pair, 0], pairs[pair, 1]
         if uniform(search.state) < 0.5:
             i, j = j, i
-        if i >= n or lattice.fixed[i] or (search.held[i] > 0 and not (j >= n or lattice.fixed[j])):
-            search.held[i] -= 1 if i < n and search.held[i] > 0 else 0
+        if lattice.fixed[i] or (search.held[i] > 0 and not lattice.fixed[j]):
+            if not lattice.fixed[i]:
+                search.held[i] -= 1
             i, j = j, i
         search.tries[pair] += 1
-        if search.tries[pair] > _PATIENCE and j < n and not lattice.fixed[j]:
+        if search.tries[pair] > _PATIENCE and not lattice.fixed[j]:
             search.tries[pair] = 0
-            if _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
-                continue
-            if search.needs[pair] == 0 or search.needs[pair] > steps:
-                search.work[3] = pair
-                return TOO_SHORT
-        search.work[0] += 1
+            if joint_words(lattice, i, j, steps, scratch.begins) <= len(scratch.reach):
+                if _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
+                    continue
+                if search.needs[pair] == 0 or search.needs[pair] > steps:
+                    search.work[0].short_pair = pair
+                    return TOO_SHORT
+        search.work[0].replans += 1
         price = 0.25 + 1.5 * uniform(search.state)
         turn = TURN * (0.5 + uniform(search.state))
         replan(arms, near, lattice, i, search.weight, search.limits, scratch, EXTENDED * price, turn, steps)
-        _look_around(arms, near, lattice, search, i, limit, steps)
+        _update_contacts(arms, near, lattice, search, i, limit, steps)
     return SOLVED if search.touching[0] == 0 else SPENT
 
 
@@ -210,6 +236,6 @@ def needed_past_fixed(arms, near, lattice, who, scratch, limit, most):
 
 @kernel
 def needed_alone(arms, near, lattice, pairs, search, scratch, pair, limit, most):
-    """Steps that a pair needs past each other and what never moves, at most `most` + 1; -1 for ever."""
+    """Steps that a pair needs past each other and what never moves, as `steps_alone` says."""
     i, j = pairs[pair, 0], pairs[pair, 1]
     return steps_alone(arms, near, lattice, i, j, search.joint_limits[pair], limit, scratch, most)

@@ -1,4 +1,4 @@
-"""From a problem to ways that touch nowhere: repair at the bound, more time where that is short, and at last losses.
+"""From a problem to paths that touch nowhere: repair at the bound, more time where that is short, and at last losses.
 
 The steps begin as the slowest joint needs them. A pair that needs more, even if nobody else were there, gets it; so
 does everybody when the repair makes no headway. What still touches when time or work is up gives up goals: of the
@@ -12,7 +12,8 @@ import numpy as np
 from fiberplan.arrays import read_only
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct.contacts import contacts_of_all
-from fiberplan.planners.direct.lattice import lengthened, longest_step, make_lattice
+from fiberplan.planners.direct.lattice import MOST_STEPS, lengthened, make_lattice, step_length
+from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.repair import (
     HELD,
     SOLVED,
@@ -26,22 +27,23 @@ from fiberplan.planners.direct.repair import (
     repair,
 )
 from fiberplan.planners.direct.untangle import cluster_around, untangled
+from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.problem import Problem
-from fiberplan.problem.least_cover import least_cover
+from fiberplan.problem.least_cover import least_loss
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
-_CHUNK = 100  # replans between looks at the clock
+_CHUNK = 100  # replans between two checks of the clock
 _PATIENCE = 400  # replans without a growing number of steps, and
 _PATIENCE_PER_CONTACT = 3  # as many more for each pair that touched at first
 _LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
 _JOINT_WORK = 20  # single replans that a joint one counts as
-_LARGEST_CLUSTER = 4  # moved together
-_LONGER = 0.03  # joint ways may take this much longer than everyone has, times the square of how often all got stuck
+_LARGEST_CLUSTER = 4  # moved jointly
+_LONGER = 0.03  # joint paths may take this much longer than everyone has, times the square of how often all got stuck
 _SECOND_WIND = 100  # replans for every goal given up
 
 
 class DirectSearch:
-    """Ways of all positioners on their lattices, becoming clear of each other."""
+    """Paths of all positioners on their lattices, becoming clear of each other."""
 
     def __init__(
         self,
@@ -57,21 +59,25 @@ class DirectSearch:
         self.pairs = near.pairs
         self.goal = goal.copy()
         self.limit = problem.margin + SLACK
-        self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms in its way
+        self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms that block it
         self.held: set[int] = set()  #: never leave their start
         self.slowest_pair: tuple[int, int] | None = None
         self.slowest_need = 0  #: steps that it needs alone
-        self.slowest_past_fixed: int | None = None  #: who needs more than by joint speeds, past what never moves
+        self.slowest_past_fixed: int | None = None  #: needs more than by joint speeds, past what never moves
         self.need_past_fixed = 0  #: steps that it needs
         travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
         bound = float(travel.max(initial=0.0))
-        longest = longest_step(plane, problem.start, goal, turn)
+        length = step_length(plane, problem.start, goal, turn)
+        longest = max(length.longest, bound / MOST_STEPS)
         self.steps = max(1, int(np.ceil(bound / longest - 1e-9)))
         self.duration = bound / self.steps if bound > 0 else longest  #: of a step [s]
         self._most_steps = _LONGEST * self.steps + 20
         if max_time is not None:
-            self._most_steps = max(self.steps, int(max_time / self.duration + 1e-9))
-        self.lattice = make_lattice(plane, problem.start, goal, plane.online, self.duration, self.steps)
+            self._most_steps = max(self.steps, int(min(max_time / self.duration + 1e-9, self._most_steps)))
+        path = (len(plane.arms.arm), self._most_steps + 1, 2)
+        refuse_large(2 * 8 * float(np.prod(path, dtype=float)), f"direct: paths of {path[0]} arms in {path[1]} steps")
+        self.lattice = make_lattice(plane, problem.start, goal, plane.online, self.duration, self.steps, length.widest)
+        self.widest_turn = float(np.nanmax(np.diff(self.lattice.alpha, axis=1), initial=0.0))  #: of an alpha [rad]
         self._scratch = make_scratch(self.lattice)
         self.search = make_search(plane.n, len(self.pairs), self.limit, seed)
 
@@ -83,14 +89,15 @@ class DirectSearch:
     @property
     def work(self) -> int:
         """Single replans so far, joint ones counted as many."""
-        return int(self.search.work[0] + _JOINT_WORK * self.search.work[1])
+        work = self.search.work[0]
+        return int(work["replans"] + _JOINT_WORK * work["joint_moves"])
 
     def __str__(self) -> str:
         kept = int((~np.isnan(self.goal[:, 0])).sum())
         return f"{self.duration * self.steps:.1f} s, {kept} targets kept, {self.touching} contacts left"
 
     def begin(self) -> None:
-        """Everybody on the cheapest way of their own; who needs more steps past fixed arms gets them."""
+        """Everybody on the cheapest path of their own; those that need more steps past fixed arms get them."""
         online = np.flatnonzero(self.plane.online)
         kernel_arguments = (self._arms, self.near, self.lattice)
         nobody = self.near._replace(offsets=read_only(np.zeros_like(self.near.offsets), np.int64))
@@ -107,17 +114,17 @@ class DirectSearch:
             self.slowest_past_fixed, self.need_past_fixed = int(who[possible.argmax()]), int(possible.max())
             self._lengthen(self.need_past_fixed)
         place_each(self._arms, nobody, self.lattice, self.search, self._scratch, online, self.steps)
-        self._look_everywhere()
+        self._update_all_contacts()
 
-    def _look_everywhere(self) -> None:
+    def _update_all_contacts(self) -> None:
         contacts_of_all(self._arms, self.lattice, self.pairs, self.limit, self.steps, self.search.contacts)
         note_all(self.search)
 
     def _lengthen(self, steps: int) -> None:
         if steps > self.steps:
-            self.steps = steps
             self.lattice = lengthened(self.lattice, steps)
             self._scratch = make_scratch(self.lattice)
+            self.steps = steps
 
     def run(self, budget: int, proceed: Callable[[], bool]) -> bool:
         """Repair until nothing touches; False if `proceed` said to stop before that."""
@@ -129,16 +136,16 @@ class DirectSearch:
                 _CHUNK,
             )  # fmt: skip
             if result == SOLVED:
-                self._look_everywhere()  # once more, at all
+                self._update_all_contacts()  # `repair` updates only the pairs that it touched, and success is of all
                 if not self.touching:
                     return True
             stuck += _CHUNK
             if result == TOO_SHORT:
-                self._lengthen_for(int(self.search.work[3]))
+                self._lengthen_for(int(self.search.work[0]["short_pair"]))
             elif self.work > budget or (stuck > patience and self.steps >= self._most_steps):
                 untangled = 0 if last_resort else self._untangle(_LARGEST_CLUSTER, self._most_steps)
                 last_resort = True
-                budget = max(budget, self.work) + _SECOND_WIND * (untangled or self._settle())
+                budget = max(budget, self.work) + _SECOND_WIND * (untangled or len(self._settle()))
                 stuck = 0
             elif stuck > patience:
                 self._untangle(min(2 + growth, _LARGEST_CLUSTER), int(self.steps * (1 + _LONGER * growth**2)))
@@ -147,7 +154,7 @@ class DirectSearch:
         return False
 
     def _untangle(self, size: int, most: int) -> int:
-        """Put clusters of `size` around pairs that touch on joint ways of at most so many steps; how many move now."""
+        """Put clusters of `size` around pairs that touch on joint paths of at most so many steps; how many move now."""
         lattice, search, goal = self.lattice, self.search, self.goal
         taken: set[int] = set()
         for p in search.open[: self.touching].tolist():
@@ -157,27 +164,28 @@ class DirectSearch:
                 continue
             ends = np.where(np.isnan(goal[members]), lattice.path[members, -1], goal[members])
             margin, seed = self.problem.margin, int(search.state[0] % np.uint64(2**31))
-            way = untangled(self.plane, self.pairs, lattice, members, ends, margin, self.duration, seed)
-            if way is None or len(way) - 1 > min(most, self._most_steps):
+            path = untangled(self.plane, self.pairs, lattice, members, ends, margin, self.duration, seed)
+            if path is None or len(path) - 1 > min(most, self._most_steps):
                 continue
             taken |= set(members)
-            self._lengthen(len(way) - 1)
+            self._lengthen(len(path) - 1)
             lattice = self.lattice
-            for k, i in enumerate(members):
-                lattice.path[i] = way[-1, k]
-                lattice.path[i, : len(way)] = way[:, k]
-                search.held[i] = HELD
+            at_rest = np.repeat(path[-1:], self.steps + 1 - len(path), axis=0)
+            lattice.path[members] = np.concatenate([path, at_rest]).swapaxes(0, 1)
+            search.held[members] = HELD
         if taken:
-            self._look_everywhere()
+            self._update_all_contacts()
         return len(taken)
 
     def _lengthen_for(self, pair: int) -> None:
-        """Find how many steps a pair needs that cannot be moved together; give up one of its goals if too many."""
+        """Find how many steps a pair needs that cannot be moved jointly; give up one of its goals if too many."""
         need = needed_alone(
             self._arms, self.near, self.lattice, self.pairs, self.search, self._scratch, pair, self.limit,
             self._most_steps,
         )  # fmt: skip
-        if need < 0 or need > self._most_steps:
+        if need == UNKNOWN:
+            self.search.needs[pair] = 1  # not to be asked again
+        elif need < 0 or need > self._most_steps:
             self._give_up_for(pair)
         else:
             self.search.needs[pair] = need
@@ -193,34 +201,50 @@ class DirectSearch:
         able = [arm for arm in (i, j) if not self.lattice.fixed[arm]]
         loser = min(able, key=lambda arm: (not np.isnan(self.goal[arm, 0]), priority[arm], arm))
         self._give_up(loser, (j if loser == i else i,))
-        self._look_everywhere()
+        self._update_all_contacts()
 
-    def _settle(self) -> int:
-        """Give up goals of the least priority that has a part in every contact; how many."""
+    def _settle(self) -> list[int]:
+        """Give up goals of the least priority that has a part in every contact; whose."""
         priority = self.problem.priority
         assert priority is not None  # set on construction
-        open_ = [tuple(self.pairs[p].tolist()) for p in self.search.open[: self.touching]]
-        fixed = self.lattice.fixed
-        forced = {a if fixed[b] else b for a, b in open_ if fixed[a] or fixed[b]}
-        free = [(a, b) for a, b in open_ if a not in forced and b not in forced]
-        # whoever has no goal to lose would be held instead: last of all
+        touching = [(int(a), int(b)) for a, b in self.pairs[self.search.open[: self.touching]]]
+        # one without a goal to lose would be held instead: the last resort
         weight = np.where(np.isnan(self.goal[:, 0]), priority.sum() + 1.0, priority)
-        losers = sorted(forced | least_cover(free, weight))
-        for i in losers:
-            self._give_up(i, tuple(a if b == i else b for a, b in open_ if i in (a, b)))
-        self._look_everywhere()
-        return len(losers)
+        losses = least_loss(touching, ~self.lattice.fixed, weight)
+        for i, blockers in losses.items():
+            self._give_up(i, blockers)
+        self._update_all_contacts()
+        return list(losses)
 
     def _give_up(self, i: int, blockers: tuple[int, ...]) -> None:
         """Let positioner i end anywhere safe; if it was free to already, hold it at its start."""
         lattice = self.lattice
+        lattice.path[i] = self.problem.start[i]
         if np.isnan(self.goal[i, 0]):
             self.held.add(i)
-            lattice.path[i], lattice.node[i], lattice.fixed[i] = self.problem.start[i], lattice.first[i], True
+            lattice.fixed[i] = True
             if not np.isnan(self.problem.goal[i, 0]):
                 self.given_up.setdefault(i, blockers)
             return
         self.given_up.setdefault(i, blockers)
         self.goal[i] = np.nan
         lattice.last[i] = -1
-        lattice.path[i], lattice.node[i] = self.problem.start[i], lattice.first[i]
+
+    def stop_here(self) -> None:
+        """Make what there is safe, at any moment of the search: those that touch, or are under way, lose their goals.
+
+        They get one replan each to make room; those that still touch are held at their starts.
+        """
+        lattice = self.lattice
+        self.steps = lattice.steps
+        self._scratch = make_scratch(lattice)
+        ends = lattice.path[: self.plane.n, -1]
+        unfinished = self.plane.online & ~np.isnan(self.goal[:, 0]) & (ends != self.goal).any(axis=1)
+        for i in np.flatnonzero(unfinished):
+            self._give_up(int(i), ())
+        self._update_all_contacts()
+        while self.touching:
+            lost = [i for i in self._settle() if not lattice.fixed[i]]
+            who = np.array(lost, np.int64)
+            place_each(self._arms, self.near, lattice, self.search, self._scratch, who, self.steps)
+            self._update_all_contacts()

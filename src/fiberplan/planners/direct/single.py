@@ -1,13 +1,13 @@
-"""The best way of one positioner through everyone else's motion, conflicts being allowed at a price.
+"""The best path of one positioner through everyone else's motion, conflicts being allowed at a price.
 
 Dynamic programming over (alpha, beta, step): after each step a positioner pays for every neighbour that it touches, a
-little for every joint that turned, and a little for standing extended, so that ways retract early and extend late.
+little for every joint that turned, and a little for standing extended, so that paths retract early and extend late.
 """
 
 import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
-from fiberplan.planners.direct.blocked_nodes import beta_motion, cast_shadow, holds, link_directions
+from fiberplan.planners.direct.blocked_nodes import beta_motion, holds, link_directions, mark_blocked
 from fiberplan.planners.direct.lattice import put, window
 
 _NOWHERE = np.float32(np.inf)
@@ -16,7 +16,7 @@ _NOWHERE = np.float32(np.inf)
 @leaf
 def _charge(arms, near, lattice, i, weight, limits, scratch, steps):
     """Fill the price of every node after every step: the weights of the neighbours that are touched there."""
-    price, shut, row, trig = scratch.price, scratch.shut, scratch.row, scratch.trig
+    price, blocked, row, trig = scratch.price, scratch.blocked, scratch.row, scratch.trig
     count = lattice.size[i, 1]
     link_directions(arms, lattice, i, trig)
     motion = beta_motion(arms, lattice, i)
@@ -30,12 +30,12 @@ def _charge(arms, near, lattice, i, weight, limits, scratch, steps):
         for k in range(steps + 1):
             low, high = window(lattice, i, k, steps)
             for a in range(low, high + 1):
-                shut[k, a] = np.uint64(0)
-        cast_shadow(arms, lattice, i, trig, motion, near.near[q].arm, limits[pair], steps, row, shut)
+                blocked[k, a] = np.uint64(0)
+        mark_blocked(arms, lattice, i, trig, motion, near.near[q].arm, limits[pair], steps, row, blocked)
         for k in range(1, steps + 1):
             low, high = window(lattice, i, k, steps)
             for a in range(low, high + 1):
-                bits = shut[k, a]
+                bits = blocked[k, a]
                 if bits != np.uint64(0):
                     for b in range(count):
                         if holds(bits, b):
@@ -50,7 +50,7 @@ def _cheaper(value, best):
 @leaf
 def _accumulate(lattice, i, scratch, bias, turn, steps):
     """Fill the least cost of being at each node after each step."""
-    price, cost, turned = scratch.price, scratch.cost, scratch.turned
+    price, cost, turned = scratch.price, scratch.cost, scratch.turned_alone
     alphas, betas = lattice.size[i, 0], lattice.size[i, 1]
     for k in range(steps + 1):
         low, high = window(lattice, i, k, steps)
@@ -95,7 +95,7 @@ def _best_end(lattice, i, cost, steps):
 
 @leaf
 def _trace_back(lattice, i, cost, turn, steps):
-    """Put positioner i on its cheapest way."""
+    """Put positioner i on its cheapest path."""
     a, b = _best_end(lattice, i, cost, steps)
     put(lattice, i, steps, a, b)
     for k in range(steps - 1, -1, -1):
@@ -105,7 +105,7 @@ def _trace_back(lattice, i, cost, turn, steps):
             for y in range(b - 1, b + 2):
                 if low <= x <= high and 0 <= y < lattice.size[i, 1]:
                     value = cost[k, x, y] + turn * np.float32(abs(x - a) + abs(y - b))
-                    # of equal ways the one that waits
+                    # of equal paths the one that waits
                     if value < best or (value == best and x == a and y == b):
                         best, best_a, best_b = value, x, y
         a, b = best_a, best_b
@@ -114,19 +114,19 @@ def _trace_back(lattice, i, cost, turn, steps):
 
 @leaf
 def replan(arms, near, lattice, i, weight, limits, scratch, extended, turn, steps):
-    """Put positioner i on the cheapest way to its goal.
+    """Put positioner i on the cheapest path to its goal.
 
     Args:
         arms: the array.
         near: its neighbour lists.
-        lattice: everybody's ways.
+        lattice: everybody's paths.
         i: the positioner.
         weight: (pairs,) price of touching, per step.
         limits: (pairs,) clearance below which two touch [mm].
         scratch: arrays to work in.
         extended: price of a step at full extension.
         turn: price of a joint's turn by one node.
-        steps: of all ways.
+        steps: of all paths.
     """
     bias = scratch.bias
     rate = extended if lattice.last[i, 0] >= 0 else 0.0

@@ -1,4 +1,4 @@
-"""From ways on a lattice to knots: one wherever a joint changes its speed, none after the last move."""
+"""From paths on a lattice to knots: one wherever a joint changes its speed, none after the last move."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _EVEN = 1e-9  # of a step: speeds this alike are the same
 
 @kernel
 def _turning_points(path, steps, keep):
-    """Mark the steps of each way (n, steps + 1, 2) that need a knot; returns how many there are."""
+    """Mark the steps of each path (n, steps + 1, 2) that need a knot; returns how many there are."""
     count = 0
     for i in range(len(path)):
         end = steps
@@ -28,7 +28,7 @@ def _turning_points(path, steps, keep):
 
 
 def as_trajectory(path: np.ndarray, duration: float) -> Trajectory:
-    """Ways (n, steps + 1, 2) [rad] with steps of `duration` [s] as a trajectory."""
+    """Paths (n, steps + 1, 2) [rad] with steps of `duration` [s] as a trajectory."""
     n, steps = len(path), path.shape[1] - 1
     keep = np.zeros((n, steps + 1), np.bool_)
     _turning_points(path, steps, keep)

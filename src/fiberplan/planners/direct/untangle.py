@@ -1,8 +1,8 @@
-"""Three or more that are in each other's way: a joint way found at random, in whole steps.
+"""Three or more that block each other: a joint path found at random, in whole steps.
 
 What pairs cannot undo is searched by RRT-Connect in the joint space of all of them
 (`fiberplan.planners.shared.rrt_connect`), as if only they and what never moves were there; everyone else has to find
-a way around it.
+a path around it.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ from fiberplan.planners.direct.repair import Search
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.tolerances import UNDER_LIMIT
 
-_DRAWS = 3  # searches, of which the shortest way is taken
-_NODES = 4000  # of either tree: these ways out are narrow
+_DRAWS = 3  # searches, of which the shortest path is taken
+_NODES = 4000  # of either tree: the passages left here are narrow
 
 
 def cluster_around(core: list[int], size: int, near: Neighbourhood, search: Search, lattice: Lattice) -> list[int]:
@@ -40,12 +40,12 @@ def untangled(
     duration: float,
     seed: int,
 ) -> np.ndarray | None:
-    """A way of `members` from start to goal past each other and what never moves; None if none was found.
+    """A path of `members` from start to goal past each other and what never moves; None if none was found.
 
     Args:
         plane: the array.
         pairs: (m, 2) arms that could touch.
-        lattice: everybody's ways.
+        lattice: everybody's paths.
         members: positioners.
         goal: (k, 2) where they should end [rad].
         margin: clearance to keep [mm].
@@ -63,17 +63,17 @@ def untangled(
     standing = np.array(lattice.path[: plane.n, 0])
     best = None
     for draw in range(_DRAWS):
-        way, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw, _NODES)
-        if way is None:
+        path, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw, _NODES)
+        if path is None:
             continue
-        stepwise = _in_steps(*way, duration)
+        stepwise = _in_steps(*path, duration)
         if best is None or len(stepwise) < len(best):
             best = stepwise
     return best
 
 
 def _in_steps(times: np.ndarray, angles: np.ndarray, duration: float) -> np.ndarray:
-    """A way with knots at any `times` (m,) as one with a whole number of steps for every move (steps + 1, k, 2)."""
+    """A path with knots at any `times` (m,) as one with a whole number of steps for every move (steps + 1, k, 2)."""
     counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
     knots = np.concatenate([[0], np.cumsum(counts)])
     steps = np.arange(knots[-1] + 1)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.arms import frame
-from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.compile import kernel, leaf, record
 from fiberplan.planners.elliptic_navigation.field import zone_push
 from fiberplan.planners.shared.recording import sample
 from fiberplan.planners.shared.safe_steps import grant, room_of, take
@@ -22,7 +22,7 @@ THERE, STILL, STEPPED, FULL = 0, 1, 2, 3
 
 _NEARER = 0.05  # [s] coming nearer by this much is progress
 
-AIM = np.dtype(
+AIM = record(
     [
         ("alpha", "f8"),  # where to go: the goal, or out of the way [rad]
         ("beta", "f8"),
@@ -43,8 +43,7 @@ AIM = np.dtype(
         ("refused", "f8"),  # travel of it and its neighbours when it was last refused any move [mm], or -1
         ("refused_alpha", "f8"),  # and what it wanted then [rad]
         ("refused_beta", "f8"),
-    ],
-    align=True,
+    ]
 )
 
 

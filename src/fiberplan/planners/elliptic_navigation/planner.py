@@ -17,9 +17,9 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.elliptic_navigation.field import Field
 from fiberplan.planners.elliptic_navigation.run import Drive, assigned_sizes, weighted_width
-from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.goal_configurations import faster_goals
-from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
+from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.resting import place_the_rest
 from fiberplan.problem import Problem
 from fiberplan.tolerances import EQUALITY
@@ -36,19 +36,19 @@ class EllipticNavigationFunction:
         ProblemError: a weight, distance or time that is not positive, a negative spread, or an unknown relief.
     """
 
-    lambda1: float = 1.0  #: pull to the goal: this part of the full speed
-    lambda2: float = 0.1  #: push on zones in the outer half of an arm [rad/s mm^2]
-    lambda3: float = 0.1  #: push on all other zones [rad/s mm^2]
-    influence: float = 2.0  #: zones push from this far apart: the papers' D - d, in weighted distance [mm]
-    spread: float = 0.1  #: the largest zones are taken for larger than the smallest by this part
-    near: float = 3.0  #: two that are both this near to their goals push each other less and less [s]
-    calm: float = 1.0  #: whoever has come no nearer for this long pushes nobody [s]
-    dt: float = 0.1  #: step [s]
-    relief: Literal["layers", "none"] = "layers"
-    """What to do about deadlocks: lead the stalled past those in their way, round by round; or nothing."""
-    patience: float = 1.0  #: time without coming nearer that relief takes for stuck [s]
-    max_time: float = 600.0
-    """The motion takes no longer [s]; rounds of relief are counted one after the other, and put side by side later."""
+    lambda1: float = setting(1.0, "pull to the goal, as part of the full speed")
+    lambda2: float = setting(0.1, "push on zones in the outer half of an arm", "rad/s mm^2")
+    lambda3: float = setting(0.1, "push on all other zones", "rad/s mm^2")
+    influence: float = setting(2.0, "zones push from this far apart: the papers' D - d, in weighted distance", "mm")
+    spread: float = setting(0.1, "the largest zones are taken for larger than the smallest by this part")
+    near: float = setting(3.0, "two that are both this near to their goals push each other less and less", "s")
+    calm: float = setting(1.0, "a positioner that has come no nearer for this long stops pushing the others", "s")
+    dt: float = setting(0.1, "a step of the descent", "s")
+    relief: Literal["layers", "none"] = setting("layers", "what to do about deadlocks")
+    """Lead the stalled past those in their path, round by round; or nothing."""
+    patience: float = setting(1.0, "time without coming nearer that relief takes for stuck", "s")
+    max_time: float = setting(600.0, "the motion takes no longer", "s")
+    """Rounds of relief are counted one after the other, and put side by side later."""
     seed: int = 0  #: of the order of sizes among equal priorities
 
     name = "elliptic-navigation-function"
@@ -109,7 +109,7 @@ class EllipticNavigationFunction:
 
     def _check_step(self, problem: Problem) -> None:
         plane = problem.plane
-        refuse_bars(self.name, plane)
+        require_two_links(self.name, plane)
         arm = np.hypot(*plane.fiber.T)
         turn = plane.max_speed * self.dt
         step = plane.length * turn[:, 0] + arm * turn.sum(axis=1)

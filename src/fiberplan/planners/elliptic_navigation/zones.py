@@ -11,8 +11,9 @@ import numpy as np
 from fiberplan.arrays import read_only
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import LINKS
+from fiberplan.kernels.compile import record
 
-ZONE = np.dtype(
+ZONE = record(
     [
         ("link", "i8"),  # 0 fixed, 1 alpha, 2 beta
         ("u", "f8"),  # centre in the link's frame [mm]
@@ -22,8 +23,7 @@ ZONE = np.dtype(
         ("category", "i8"),  # one bit
         ("meets", "i8"),
         ("tip", "?"),  # in the outer half of the arm: weighed by lambda2, else by lambda3
-    ],
-    align=True,
+    ]
 )
 
 

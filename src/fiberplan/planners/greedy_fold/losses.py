@@ -125,21 +125,26 @@ class Losses:
                 return
         self._hold(i, ())
 
-    def outcomes(self) -> tuple[Outcome, ...]:
-        """An outcome for every positioner, the first that fits."""
+    def outcomes(self, ends: np.ndarray) -> tuple[Outcome, ...]:
+        """An outcome for every positioner, the first that fits; `ends` (n, 2) is where all end [rad]."""
         problem = self._problem
+        there = (ends == problem.goal).all(axis=1)  # also those that were given up and never had to move
 
         def outcome(i: int) -> Outcome:
             settled = settled_outcome(problem, i)
-            if settled is None and i in self._dropped:
+            if settled is not None or there[i]:
+                return settled or Outcome.ARRIVED
+            if i in self._dropped:
                 return Outcome.DROPPED
-            return settled or (Outcome.DEADLOCKED if i in self._given_up else Outcome.ARRIVED)
+            return Outcome.DEADLOCKED if i in self._given_up else Outcome.ARRIVED
 
         return tuple(outcome(i) for i in range(problem.n))
 
-    def blockers(self) -> dict[int, tuple[int, ...]]:
-        """Positioner that does not arrive -> who stood in its way."""
-        return all_blockers(self._problem, self._given_up | self._dropped)
+    def blockers(self, ends: np.ndarray) -> dict[int, tuple[int, ...]]:
+        """Positioner that does not arrive -> who stood in its way; `ends` (n, 2) is where all end [rad]."""
+        there = (ends == self._problem.goal).all(axis=1)
+        lost = {i: arms for i, arms in (self._given_up | self._dropped).items() if not there[i]}
+        return all_blockers(self._problem, lost)
 
     def notes(self) -> list[str]:
         """What the outcomes do not say."""

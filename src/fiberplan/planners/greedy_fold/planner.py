@@ -16,10 +16,12 @@ from fiberplan.plan import Plan
 from fiberplan.planners.greedy_fold.fold import RELIEFS, fold
 from fiberplan.planners.greedy_fold.joint_relief import Fold
 from fiberplan.planners.greedy_fold.losses import Losses
-from fiberplan.planners.protocol import PLANNERS
-from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
+from fiberplan.planners.protocol import PLANNERS, setting
+from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
+
+_MOST_LOOPS = 100_000_000  # of a walk: hours; they are counted in 32 bits
 
 
 @PLANNERS.register("greedy-fold")
@@ -31,12 +33,14 @@ class GreedyFold:
         ProblemError: a step or travel that is not a positive angle, or an unknown relief.
     """
 
-    step: float = np.radians(0.1)  #: turn of the fastest joint per loop [rad]
-    max_travel: float = np.radians(700.0)  #: turn after which a walk is given up [rad]
-    skip_noops: bool = True  #: pass over moves that a joint limit turns into nothing; as printed, they are taken
-    relief: Literal["joint", "reverse", "replace", "none"] = "joint"
-    """What to do in a deadlock: search a joint way out for the few that are stuck (ours); reverse the ranking of one
-    for a while (proposed in the paper); give one another target and begin again (used there); nothing."""
+    step: float = setting(np.radians(0.1), "turn of the fastest joint per loop", "rad")
+    max_travel: float = setting(np.radians(700.0), "turn after which a walk is given up", "rad")
+    skip_noops: bool = setting(
+        True, "pass over moves that a joint limit turns into nothing; as printed, they are taken"
+    )
+    relief: Literal["joint", "reverse", "replace", "none"] = setting("joint", "what to do in a deadlock")
+    """Search a joint path out of it for the few that are stuck (ours); reverse the ranking of one for a while (proposed
+    in the paper); give one another target and begin again (used there); nothing."""
     seed: int = 0  #: of the random choices of relief
 
     name = "greedy-fold"
@@ -53,12 +57,18 @@ class GreedyFold:
                 f"greedy-fold: step {np.degrees(self.step):g} deg must be at most 180 deg and at most max_travel "
                 f"{np.degrees(self.max_travel):g} deg"
             )
+        if not self.max_travel / self.step <= _MOST_LOOPS:
+            travel, step = np.degrees([self.max_travel, self.step])
+            raise ProblemError(
+                f"greedy-fold: max_travel {travel:g} deg in steps of {step:g} deg are {travel / step:.3g} loops, and "
+                f"{_MOST_LOOPS:,} are the most"
+            )
         if self.relief not in RELIEFS:
             raise ProblemError(f"greedy-fold: relief must be one of {', '.join(RELIEFS)}, got '{self.relief}'")
 
     def plan(self, problem: Problem) -> Plan:
         """Fold from the start, unfold to the goal; what gets stuck is given up, and the rest is planned around it."""
-        refuse_bars(self.name, problem.plane)
+        require_two_links(self.name, problem.plane)
         begun = process_time()
         rng = np.random.default_rng(self.seed)
         near = Neighbourhood.of(problem.plane, problem.margin)
@@ -85,11 +95,11 @@ class GreedyFold:
         return Plan(
             problem=problem,
             trajectory=motion,
-            outcomes=losses.outcomes(),
+            outcomes=losses.outcomes(motion.end),
             planner=self.name,
             parameters=asdict(self),
             seed=self.seed,
-            blockers=losses.blockers(),
+            blockers=losses.blockers(motion.end),
             timings={"walk": walked - begun, "straighten": done - walked},
             notes=(*problem.notes, *losses.notes()),
         )

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.kernels.compile import inlined
+from fiberplan.kernels.compile import inlined, record
 
 # What one arm is doing, and what it obeys. Obstacles follow the positioners.
-STATE = np.dtype(
+STATE = record(
     [
         ("alpha", "f8"),  # now [rad]; what every turn needs comes first, to share cache lines
         ("beta", "f8"),
@@ -36,10 +36,9 @@ STATE = np.dtype(
         ("lower_beta", "f8"),
         ("upper_alpha", "f8"),
         ("upper_beta", "f8"),
-    ],
-    align=True,
+    ]
 )
-KNOT = np.dtype([("owner", "i8"), ("loop", "i8"), ("alpha", "f8"), ("beta", "f8")], align=True)
+KNOT = record([("owner", "i8"), ("loop", "i8"), ("alpha", "f8"), ("beta", "f8")])
 
 
 class Walk(NamedTuple):

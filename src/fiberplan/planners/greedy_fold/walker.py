@@ -11,6 +11,7 @@ from fiberplan.motion import Trajectory
 from fiberplan.planners.greedy_fold import ranked_moves
 from fiberplan.planners.greedy_fold.ranked_moves import FULL
 from fiberplan.planners.greedy_fold.walk_state import KNOT, STATE, Rules, Walk
+from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 
@@ -112,6 +113,7 @@ class Walker:
     def _make_room(self) -> None:
         """Twice the room for knots."""
         knots = self.walk.knots
+        refuse_large(2.0 * knots.nbytes, f"greedy-fold: the knots of {self.plane.n} positioners in {self.loops} loops")
         self.walk = self.walk._replace(knots=np.concatenate([knots, np.empty_like(knots)]))
 
     def reverse_ranking(self, i: int, turn: float) -> None:

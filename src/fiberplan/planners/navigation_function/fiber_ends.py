@@ -6,11 +6,11 @@ import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import frame
-from fiberplan.kernels.compile import inlined, kernel
+from fiberplan.kernels.compile import inlined, kernel, record
 from fiberplan.kernels.neighbours import NEAR, neighbour_lists, neighbour_pairs
 from fiberplan.tolerances import UNDER_LIMIT
 
-END = np.dtype(
+END = record(
     [
         ("x", "f8"),  # the fiber at the beginning of the step [mm]
         ("y", "f8"),
@@ -31,8 +31,7 @@ END = np.dtype(
         ("lower_beta", "f8"),
         ("upper_alpha", "f8"),
         ("upper_beta", "f8"),
-    ],
-    align=True,
+    ]
 )
 
 

@@ -17,9 +17,9 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.navigation_function.run import Descent, Settings
-from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.repulsion import theorem1_bound
-from fiberplan.planners.shared.requirements import refuse_bars, refuse_seed
+from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.problem import Problem
 from fiberplan.tolerances import ARRIVAL
 
@@ -37,16 +37,18 @@ class NavigationFunction:
             patrol zone.
     """
 
-    lambda1: float = 1.0  #: weight of attraction [1/mm^2]; the repaired mode does not weigh
-    lambda2: float = 0.05  #: weight of repulsion; the repaired mode does not weigh
-    D: float = 4.0  #: fiber ends nearer than this repel each other [mm]
-    d: float = 2.0  #: safety distance of fiber ends, where repulsion is without bound [mm]
-    dt: float = 0.01  #: a step [s]
-    convergence: float = 0.1  #: a fiber this near its target has converged; it then goes there exactly [mm]
-    mode: Literal["repaired", "literal"] = "repaired"  #: what arrives, or what is printed
-    neighbours: int = 0  #: how many repel a fiber, the nearest; 0: all that can come within D
-    ease: float = 1.25  #: repaired: time that all take together, in times of the slowest joint
-    give_up: float = 6.0  #: who has not arrived after so many times of the slowest joint is given up
+    lambda1: float = setting(1.0, "weight of attraction; the repaired mode does not weigh", "1/mm^2")
+    lambda2: float = setting(0.05, "weight of repulsion; the repaired mode does not weigh")
+    D: float = setting(4.0, "fiber ends nearer than this repel each other", "mm")
+    d: float = setting(2.0, "safety distance of fiber ends, where repulsion is without bound; below D", "mm")
+    dt: float = setting(0.01, "a step of the descent", "s")
+    convergence: float = setting(0.1, "a fiber this near its target has converged; it then goes there exactly", "mm")
+    mode: Literal["repaired", "literal"] = setting("repaired", "what arrives, or what is printed")
+    neighbours: int = setting(0, "how many repel a fiber, the nearest; 0: all that can come within D")
+    ease: float = setting(1.25, "repaired: time that all take together, in times of the slowest joint")
+    give_up: float = setting(
+        6.0, "a positioner that has not arrived after so many times of the slowest joint is given up"
+    )
     seed: int = 0  #: of nudges at singular poses, and of who ranks above whom
 
     name = "navigation-function"
@@ -99,7 +101,7 @@ class NavigationFunction:
     def _refuse(self, problem: Problem) -> None:
         """Raise for arms that are not of two links, or that could cross their whole patrol zone in one step."""
         plane = problem.plane
-        refuse_bars(self.name, plane)
+        require_two_links(self.name, plane)
         arm = np.hypot(*plane.fiber.T)
         most = plane.length * plane.max_speed[:, 0] + arm * plane.max_speed.sum(axis=1)
         excess = most * self.dt - (plane.length + arm)

@@ -11,10 +11,10 @@ ranges because these are intervals, ends in the configuration that was asked for
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.compile import inlined
+from fiberplan.kernels.compile import inlined, record
 from fiberplan.planners.shared.step_limits import straight
 
-WAY = np.dtype(
+WAY = record(
     [
         ("go", "f8"),  # step at which it may leave
         ("due", "f8"),  # step at which it should arrive
@@ -33,8 +33,7 @@ WAY = np.dtype(
         ("arrived", "?"),
         ("other_alpha", "f8"),  # its goal's other elbow solution [rad]; NaN: none
         ("other_beta", "f8"),
-    ],
-    align=True,
+    ]
 )
 INNER = np.radians(40.0)  #: bent to within this of home, a fiber is where hardly anyone reaches
 MIDDLE = 0.5  #: lean by which equal arms go straight through their base

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.planners.navigation_function import descent
@@ -18,12 +19,14 @@ from fiberplan.planners.navigation_function.singular import nudge_sides
 from fiberplan.planners.navigation_function.yielding import AHEAD
 from fiberplan.planners.shared.goal_configurations import choices_of, chosen, faster_goals, other_parities, travel_times
 from fiberplan.planners.shared.joint_paths import append_joint_ways
+from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.planners.shared.recording import new_record, recorded, with_room
 from fiberplan.planners.shared.safe_steps import stepping
 from fiberplan.problem import Problem
 
 _REHEARSED = 1.1  # of the common time, so that who is a little late is seen to arrive
 _THERE = 1e-7  # [rad]
+_MOST_STEPS = 200_000  # that the slowest joint may take; more would take hours, and the rehearsal more memory than most
 _SETTLING = 2.0  # [s] for the last stretch to the exact goal
 
 
@@ -59,6 +62,7 @@ class Descent:
         quickest = times.min(axis=1)
         self.slowest = float(quickest[np.isfinite(quickest)].max(initial=0.0))  #: time of the slowest joint [s]
         self.together = settings.ease * self.slowest  #: time that all may take [s]
+        self._refuse_long(quickest)
         if settings.mode == "literal":
             self.goals = faster_goals(problem, near)
         else:
@@ -75,7 +79,19 @@ class Descent:
             active, movable.copy(), restless, movable, nudge_sides(n, settings.seed), np.array([0, len(awake)])
         )
         once_round = 2 * np.pi / float(plane.max_speed[:, 1].min())  # short moves too may have to make room and return
-        self.last_step = int(np.ceil(max(settings.give_up * self.slowest, once_round) / settings.dt))
+        longest = max(settings.give_up * self.slowest, once_round) / settings.dt
+        self.last_step = int(np.ceil(min(longest, max(settings.give_up, 1.0) * _MOST_STEPS)))
+
+    def _refuse_long(self, quickest: np.ndarray) -> None:
+        """Refuse what would take too many steps, given the time (n,) [s] that each joint needs at least."""
+        steps, ids = self.together / self.settings.dt, self.problem.plane.ids
+        if not steps <= _MOST_STEPS:
+            i = int(np.argmax(np.where(np.isfinite(quickest), quickest, -1.0)))
+            raise ProblemError(
+                f"navigation-function: positioner '{ids[i]}' takes {self.slowest:.4g} s at full speed, {steps:.3g} "
+                f"steps of {self.settings.dt:g} s, and {_MOST_STEPS:,} are the most: take a longer dt",
+                (i,),
+            )
 
     def _cost(self, times: np.ndarray) -> np.ndarray:
         """(n, k) by which choices are ranked: those in time come first, of these the ones on the same elbow side."""
@@ -125,6 +141,7 @@ class Descent:
         due = int(np.ceil(self.together / settings.dt))
         ways["due"] = due
         samples = int(_REHEARSED * due) // EVERY + 2
+        refuse_large(8.0 * (n + 1) * samples, f"navigation-function: {n} positioners rehearsed in {due} steps")
         paths, spare = np.empty((n, samples, 2), np.float32), np.empty((samples, 2), np.float32)
         start, apart = np.array(self.problem.start), settings.d + SPARE
         begun = process_time()

@@ -10,7 +10,7 @@ from fiberplan.plan import Plan
 from fiberplan.plan.outcomes import all_blockers
 from fiberplan.planners.prioritized_roadmap.prioritized import Pass
 from fiberplan.planners.prioritized_roadmap.run import Search, Settings
-from fiberplan.planners.protocol import PLANNERS
+from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.requirements import refuse_seed
 from fiberplan.problem import Problem
 
@@ -29,18 +29,20 @@ class PrioritizedRoadmap:
         ProblemError: a setting that makes no sense; planning raises it for a step longer than the longest edge takes.
     """
 
-    grid: tuple[int, int] = (8, 6)  #: cells of the roadmap over the two joint ranges
-    edges: int = 24  #: random middle edges, at most
-    dt: float = 6.0  #: step [s]
-    collision_dt: float = 0.1  #: longest time that one collision check stands for [s]
-    max_stops: int = 1  #: start-stops allowed for each arm
-    max_time: float = 120.0  #: a motion takes less than this [s]
-    orders: int = 8  #: priority orders tried before a target is dropped
-    garages: bool = False  #: an arm that fails may wait in a private garage
-    varying: bool = False  #: priorities may change in time: one in the way yields from some moment on
-    aside: bool = False  #: one that has arrived may move aside and come back
-    continuous: bool = False  #: check as rarely as the motion bound allows, not every `collision_dt`
-    early_abort: bool = False  #: leave out searches that cannot succeed
+    grid: tuple[int, int] = setting((8, 6), "cells of the roadmap over the two joint ranges")
+    edges: int = setting(24, "random middle edges of a roadmap, at most")
+    dt: float = setting(6.0, "step", "s")
+    collision_dt: float = setting(0.1, "longest time that one collision check stands for", "s")
+    max_stops: int = setting(1, "start-stops allowed for each arm")
+    max_time: float = setting(120.0, "a motion takes less than this", "s")
+    orders: int = setting(8, "priority orders tried before a target is dropped")
+    garages: bool = setting(False, "an arm that fails may wait in a private garage")
+    varying: bool = setting(
+        False, "priorities may change in time: an arm that blocks another yields from some moment on"
+    )
+    aside: bool = setting(False, "an arm that has arrived may move aside and come back")
+    continuous: bool = setting(False, "check as rarely as the motion bound allows, not every collision_dt")
+    early_abort: bool = setting(False, "leave out searches that cannot succeed")
     seed: int = 0  #: of middle edges and priority orders
 
     name = "prioritized-roadmap"

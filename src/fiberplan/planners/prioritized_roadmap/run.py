@@ -11,8 +11,11 @@ from fiberplan.plan import Outcome
 from fiberplan.plan.outcomes import settled_outcome
 from fiberplan.planners.prioritized_roadmap.prioritized import Pass, Task
 from fiberplan.planners.prioritized_roadmap.roadmap import Path, cells, middle_edges, paths, travel_time
+from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.problem import Problem
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
+
+_PATH_BYTES = 1000.0  # of a path of a roadmap, on average
 
 
 class Settings(NamedTuple):
@@ -43,6 +46,7 @@ class Search:
         self.most = int(np.ceil(settings.max_time / settings.dt - 1e-9)) - 1
         self.near = Neighbourhood.of(plane, problem.margin)
         self._refuse_long_steps()
+        self._refuse_large()
         self.points = {i: cells(plane, i, settings.grid) for i in map(int, np.flatnonzero(plane.online))}
         self.pairs = {i: middle_edges(len(p), settings.edges, self.rng) for i, p in self.points.items()}
         self.targets = {i for i in self.points if problem.has_goal[i]}
@@ -59,6 +63,17 @@ class Search:
                 f"prioritized-roadmap: a step of {self.settings.dt:g} s is longer than the longest edge takes on "
                 f"{plane.name}, {longest:.3f} s"
             )
+
+    def _refuse_large(self) -> None:
+        """Refuse more paths and states in time than fit into memory."""
+        plane, settings, times = self.problem.plane, self.settings, float(self.most + 1)
+        cells, stops = float(np.prod(settings.grid)), min(settings.max_stops, self.most) + 1
+        poses, states = 16.0 * len(plane.arms.arm) * times, 3.0 * (stops + 1) * times**2
+        paths = int(plane.online.sum()) * (cells + 2.0 * settings.edges) * _PATH_BYTES
+        refuse_large(
+            poses + states + paths,
+            f"prioritized-roadmap: {plane.n} positioners, {cells:g} cells and {self.most} steps of {settings.dt:g} s",
+        )
 
     def _task(self) -> Task:
         """The task as it is with those targets that are still wanted."""

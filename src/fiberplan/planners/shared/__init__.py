@@ -2,7 +2,10 @@
 
 - `goal_configurations`: which elbow solution to go to, the faster one (direct, navigation_function,
   elliptic_navigation)
-- `requirements`: refuses kinds of arm that a planner does not know (all but prioritized_roadmap)
+- `requirements`: refuses kinds of arm that a planner does not know, and senseless seeds (direct, greedy_fold,
+  navigation_function, elliptic_navigation, prioritized_roadmap, amending)
+- `memory`: refuses what would take too much memory, before it is taken (direct, greedy_fold,
+  navigation_function, prioritized_roadmap, and `recording` here)
 - `clusters`: positioners that could touch, grouped (greedy_fold, and `joint_paths` here)
 - `resting`: a safe place for every positioner without a goal (greedy_fold, elliptic_navigation)
 - `safe_steps`: a step of all at once, granted as far as it is proven clear (navigation_function, elliptic_navigation)

@@ -12,15 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.arms import motion
-from fiberplan.kernels.compile import leaf
+from fiberplan.kernels.compile import leaf, record
 from fiberplan.motion import Trajectory
+from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.tolerances import SLACK
 
 FIDELITY = 0.02  #: the recorded motion stays this near the stepped one, where there is room for that [mm]
 _EACH = SLACK / 8.0  # [mm] and may always be this far off: less than what steps keep beyond the margin
 
-KNOT = np.dtype([("owner", "i8"), ("step", "i8"), ("alpha", "f8"), ("beta", "f8")], align=True)
-TRACK = np.dtype(
+KNOT = record([("owner", "i8"), ("step", "i8"), ("alpha", "f8"), ("beta", "f8")])
+TRACK = record(
     [
         ("begin", "i8"),  # step and pose of the last knot
         ("begin_alpha", "f8"),
@@ -33,8 +34,7 @@ TRACK = np.dtype(
         ("high_alpha", "f8"),
         ("low_beta", "f8"),
         ("high_beta", "f8"),
-    ],
-    align=True,
+    ]
 )
 
 
@@ -60,11 +60,17 @@ def new_record(angles: np.ndarray) -> Record:
 
 
 def with_room(record: Record, least: int) -> Record:
-    """The same record with room for `least` more knots."""
+    """The same record with room for `least` more knots.
+
+    Raises:
+        ProblemError: more knots than fit into memory.
+    """
     short = int(record.used[0]) + least - len(record.knots)
     if short <= 0:
         return record
-    more = np.empty(max(short, len(record.knots)), KNOT)
+    count = len(record.knots) + max(short, len(record.knots))
+    refuse_large(float(count * KNOT.itemsize), f"a motion of {len(record.track)} positioners with {count} knots")
+    more = np.empty(count - len(record.knots), KNOT)
     return record._replace(knots=np.concatenate([record.knots, more]))
 
 

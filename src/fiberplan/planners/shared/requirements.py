@@ -6,7 +6,7 @@ from fiberplan.focal_plane.two_link import TwoLink
 from fiberplan.plan.seeds import seed_complaint
 
 
-def refuse_bars(planner: str, plane: FocalPlane) -> None:
+def require_two_links(planner: str, plane: FocalPlane) -> None:
     """Refuse four-bar arms.
 
     Raises:

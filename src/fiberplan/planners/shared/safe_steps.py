@@ -15,14 +15,14 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.arms import motion
 from fiberplan.kernels.clearance import clearance
-from fiberplan.kernels.compile import leaf
+from fiberplan.kernels.compile import leaf, record
 from fiberplan.kernels.sweep import swept_clear
 from fiberplan.tolerances import SLACK
 
 _LANDING = 1e-4  # [mm] without it, arms end up so close that no bound can show the next small move clear
 _HALVINGS = 3  # a step that is refused is tried at half its length, and so on
 
-POSE = np.dtype(
+POSE = record(
     [
         ("alpha", "f8"),  # at the beginning of the step [rad]
         ("beta", "f8"),
@@ -34,8 +34,7 @@ POSE = np.dtype(
         ("travel", "f8"),  # sum of those, this step's included [mm]
         ("blocker", "i4"),  # who refused the whole wanted step, or -1
         ("lands", "?"),  # the wanted step ends at its goal, which is clear of all other goals by very little maybe
-    ],
-    align=True,
+    ]
 )
 
 

@@ -12,11 +12,11 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.arms import frame, motion
 from fiberplan.kernels.clearance import frames_clearance
-from fiberplan.kernels.compile import inlined, kernel, leaf
+from fiberplan.kernels.compile import inlined, kernel, leaf, record
 from fiberplan.motion import Trajectory
 from fiberplan.tolerances import SLACK
 
-KNOT = np.dtype([("time", "f8"), ("alpha", "f8"), ("beta", "f8")], align=True)
+KNOT = record([("time", "f8"), ("alpha", "f8"), ("beta", "f8")])
 _TOUCH = 1e-5  # [mm] a sample closer than this to the limit refuses the move
 _MOST_SAMPLES = 60  # a neighbour that takes more refuses the move
 

@@ -9,7 +9,7 @@ from fiberplan.reproductions.makarem2014 import scenes
 from fiberplan.reproductions.makarem2014.rules import LITERAL
 
 MADE_WAY = 0.5  #: [mm] a fiber that goes this much farther from its target again makes room
-NEAR = 2.5  #: [mm] two fiber ends that come this near are in each other's way
+CLOSE = 2.5  #: [mm] two fiber ends that come this near are in each other's way
 MOST_SEEDS = 2000
 SAMPLES = 600
 
@@ -58,6 +58,6 @@ def find_conflict(first: int = 0) -> int:
     for seed in range(first, MOST_SEEDS):
         conflict = Conflict.of(seed)
         converge = set(conflict.plan.outcomes) == {Outcome.ARRIVED}
-        if converge and conflict.detours.max() > MADE_WAY and np.all(np.sort(conflict.closest)[:2] < NEAR):
+        if converge and conflict.detours.max() > MADE_WAY and np.all(np.sort(conflict.closest)[:2] < CLOSE):
             return seed
     raise RuntimeError(f"none of {MOST_SEEDS} scenes has three in a conflict that ends")

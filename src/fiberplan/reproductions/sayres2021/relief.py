@@ -10,9 +10,9 @@ from fiberplan.reproductions.sayres2021 import published
 from fiberplan.reproductions.sayres2021.rules import RULES, Rule
 from fiberplan.reproductions.sayres2021.trials import Trial
 from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import SCENE
 
 _DRAWS = 1000  # random targets tried before another robot is picked
-_ROOM = 2e-3  # [mm] beyond the margin, as fields are drawn
 MOST_REPLACEMENTS = 1000  #: tried before a trial counts as unresolved
 
 
@@ -49,7 +49,7 @@ def replace_until_folded(
         robot = int(rng.choice(walker.stuck))
         draws = plane.kinematics.random(plane, rng, np.full(_DRAWS, robot))
         room = clearances_around(plane.arms, near, plane.with_obstacles(angles), robot, draws)
-        clear = np.flatnonzero(room >= margin + _ROOM)
+        clear = np.flatnonzero(room >= margin + SCENE)
         if len(clear):
             angles[robot] = draws[clear[0]]
             replaced.append(robot)

@@ -1,0 +1,51 @@
+"""Examples in the help of every command: a line to type, and what it is for."""
+
+EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
+    "demo": (
+        ("fiberplan demo -o demo", "open demo/plan.html to see it move"),
+        ("fiberplan demo --seed 3 -o demo", "two other fields"),
+    ),
+    "plan": (
+        ("fiberplan plan sdss field.ecsv --margin 0.8 -o plan.fits", "from folded"),
+        ("fiberplan plan sdss next.ecsv --start plan.fits -o next.fits", "from the end of a plan"),
+        ("fiberplan plan sdss field.ecsv --conflicts drop --page plan.html", "as far as goals allow"),
+        ("fiberplan plan sdss field.ecsv --planner greedy-fold --set step=1", "another planner"),
+    ),
+    "verify": (
+        ("fiberplan verify plan.fits", "at the margin of the plan"),
+        ("fiberplan verify plan.fits --margin 0.5 --jitter 0.1", "clocks may be off by 0.1 s"),
+    ),
+    "diagnose": (
+        ("fiberplan diagnose plan.fits", "why who did not arrive, and what took the time"),
+        ("fiberplan diagnose plan.fits --json", "the same for programs"),
+    ),
+    "show": (("fiberplan show plan.fits -o plan.html", "open plan.html in a browser"),),
+    "export": (
+        ("fiberplan export plan.fits --to ecsv -o knots.ecsv", "angles over time"),
+        ("fiberplan export plan.fits --to motions -o moves.ecsv", "a list of moves"),
+    ),
+    "instruments": (
+        ("fiberplan instruments", "what is built in"),
+        ("fiberplan instruments sdss", "its numbers and where they come from"),
+    ),
+    "planners": (
+        ("fiberplan planners", "which there are"),
+        ("fiberplan planners greedy-fold", "what can be set of it"),
+    ),
+    "reproduce": (
+        ("fiberplan reproduce", "which papers"),
+        ("fiberplan reproduce makarem2014 --trials 5 -o figures", "figures of one, from few trials"),
+    ),
+    "warmup": (("fiberplan warmup", "once, after installing"),),
+    "": (
+        ("fiberplan demo -o demo", "a first plan, without any file"),
+        ("fiberplan plan sdss field.ecsv --margin 0.8 -o plan.fits", "plan and prove"),
+        ("fiberplan COMMAND --help", "examples of each command"),
+    ),
+}
+
+
+def examples_of(command: str) -> str:
+    """What stands below the help of a command; "" is the help of all."""
+    wide = max(len(line) for line, _ in EXAMPLES[command])
+    return "\n".join(("Examples:", *(f"{line:<{wide}}  # {what}" for line, what in EXAMPLES[command])))

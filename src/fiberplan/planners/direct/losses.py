@@ -1,0 +1,107 @@
+"""Who does not arrive, why, and what of that is proven."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiberplan.certificates import proven_unreachable
+from fiberplan.plan import Outcome
+from fiberplan.plan.outcomes import all_blockers, settled_outcome
+from fiberplan.planners.direct.goals import Goals
+from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.problem import Problem
+
+_MOST_RANGE = 20 * np.pi**2  # [rad^2] of both joints, up to which a proof that a goal is out of reach takes seconds
+
+
+@dataclass(frozen=True, eq=False)
+class Losses:
+    """What became of those that had a goal."""
+
+    late: tuple[int, ...]  #: proven: every configuration is too far for the time there is
+    unreachable: tuple[int, ...]  #: proven: what never moves separates every configuration from the start
+    given_up: dict[int, tuple[int, ...]]  #: positioner that does not arrive -> arms that block it, proven or not
+    held: tuple[int, ...]  #: never leave their start
+    max_time: float | None  #: [s]
+
+    @classmethod
+    def none(cls, problem: Problem) -> "Losses":
+        """Nothing is known to be lost."""
+        return cls((), (), {}, (), None)
+
+    @classmethod
+    def of(
+        cls, problem: Problem, search: DirectSearch, goals: Goals, max_time: float | None, ends: np.ndarray
+    ) -> "Losses":
+        """What a search gave up, if it does not end at its goal all the same; `ends` (n, 2) is where all end [rad]."""
+        given_up = dict.fromkeys(map(int, np.flatnonzero(goals.given_up)), ()) | search.given_up
+        there = _at_goal(problem, ends)
+        given_up = {i: arms for i, arms in given_up.items() if not there[i]}
+        late = tuple(map(int, np.flatnonzero(goals.infeasible)))
+        unreachable = tuple(i for i in given_up if _is_unreachable(problem, i))
+        return cls(late, unreachable, given_up, tuple(sorted(search.held)), max_time)
+
+    @property
+    def unproven(self) -> bool:
+        """Whether anything was given up without proof that it had to be."""
+        return any(i not in self.unreachable for i in self.given_up)
+
+    def outcomes(self, problem: Problem) -> tuple[Outcome, ...]:
+        """An outcome for every positioner, the first that fits."""
+
+        def outcome(i: int) -> Outcome:
+            return settled_outcome(problem, i) or (Outcome.DEADLOCKED if i in self.given_up else Outcome.ARRIVED)
+
+        lost = tuple(outcome(i) for i in range(problem.n))
+        return tuple(
+            Outcome.INFEASIBLE if i in self.late and o is Outcome.ARRIVED else o
+            for i, o in enumerate(self.proven_in(lost))
+        )
+
+    def proven_in(self, outcomes: tuple[Outcome, ...]) -> tuple[Outcome, ...]:
+        """The same outcomes, with those lost without proof named as proven where that is known."""
+        proven = {*self.late, *self.unreachable}
+        return tuple(
+            Outcome.INFEASIBLE if i in proven and o is Outcome.DEADLOCKED else o for i, o in enumerate(outcomes)
+        )
+
+    def blockers(self, problem: Problem) -> dict[int, tuple[int, ...]]:
+        """Positioner that does not arrive -> arms that block it; -1 - k is obstacle k."""
+        n = problem.n
+        given_up = {i: tuple(j if j < n else n - 1 - j for j in arms) for i, arms in self.given_up.items()}
+        return all_blockers(problem, given_up)
+
+    def notes(self, problem: Problem) -> list[str]:
+        """What the outcomes do not say."""
+
+        def listed(who: tuple[int, ...]) -> str:
+            return ", ".join(problem.plane.ids[i] for i in who)
+
+        notes = []
+        if self.late:
+            notes.append(f"proven out of reach within {self.max_time:g} s by joint speeds: {listed(self.late)}")
+        if self.unreachable:
+            notes.append(f"proven unreachable past what never moves: {listed(self.unreachable)}")
+        if self.held:
+            notes.append(f"held at the start: {listed(self.held)}")
+        return notes
+
+
+def _at_goal(problem: Problem, ends: np.ndarray) -> np.ndarray:
+    """(n,) whether positioners end exactly in a configuration that counts as their goal."""
+    goal, others = problem.goal[:, None], problem.alternatives
+    choices = goal if others is None else np.concatenate([goal, others], axis=1)
+    return np.asarray((choices == ends[:, None]).all(axis=2).any(axis=1) & problem.has_goal)
+
+
+def _is_unreachable(problem: Problem, i: int) -> bool:
+    """Whether it is proven that what never moves separates positioner `i` from its goal and every alternative.
+
+    No proof is tried over joint ranges so wide that it would take minutes.
+    """
+    plane = problem.plane
+    if not problem.has_goal[i] or not np.prod(plane.upper[i] - plane.lower[i]) <= _MOST_RANGE:
+        return False
+    others = [] if problem.alternatives is None else [q for q in problem.alternatives[i] if not np.isnan(q[0])]
+    goals = [problem.goal[i], *others]
+    return all(proven_unreachable(plane, i, problem.start, goal, problem.margin) for goal in goals)

@@ -1,0 +1,211 @@
+"""What commands tell programs, and how much they tell people."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from astropy import units
+from astropy.table import QTable
+
+import fiberplan as fp
+from fiberplan.cli.answers import plain
+from fiberplan.cli.app import run
+from fiberplan.cli.report import cautions, lost_targets
+
+PLAN = {
+    "summary", "instrument", "planner", "seed", "makespan", "lower_bound", "interrupted", "outcomes", "losses",
+    "certificate", "faults", "notes",
+}  # fmt: skip
+CERTIFICATE = {
+    "ok", "summary", "margin", "jitter", "position_error", "pairs", "smallest_clearance", "contacts", "undecided",
+    "resting", "zones", "violations",
+}  # fmt: skip
+LOSS = {"positioner", "id", "outcome", "cause", "priority", "blockers", "names", "distance"}
+DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"}
+ROW = {"name", "reference", "about"}
+SETTING = {"key", "type", "choices", "optional", "unit", "default", "help"}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, small_plan, small_plane):
+    """A working folder with a plan, an instrument and a table of targets."""
+    monkeypatch.chdir(tmp_path)
+    small_plan.write("plan.fits")
+    small_plane.write("plane.fits")
+    x, y = small_plane.fibers(small_plane.folded + np.array([0.3, -0.2])).T
+    QTable({"positioner": list(small_plane.ids), "x": x * units.mm, "y": y * units.mm}).write("field.ecsv")
+    return tmp_path
+
+
+def told(capsys, *arguments, code=0):
+    """The JSON on stdout, strictly read."""
+    assert run([*arguments, "--json"]) == code
+    return json.loads(capsys.readouterr().out, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+
+def test_plan(folder, capsys):
+    options = ["--planner", "greedy-fold", "--set", "step=2", "-o", "new.fits"]
+    said = told(capsys, "plan", "plane.fits", "field.ecsv", *options)
+    assert set(said) == PLAN | {"settings", "written"}
+    assert set(said["certificate"]) == CERTIFICATE
+    assert said["outcomes"] == dict.fromkeys((o.name for o in fp.Outcome), 0) | {"ARRIVED": 7}
+    assert said["settings"] == {"step": 2.0, "max_travel": 700.0, "skip_noops": True, "relief": "joint"}
+    assert said["written"] == ["new.fits"]
+    assert said["certificate"]["ok"] is True
+    assert said["makespan"] == fp.Plan.read("new.fits").makespan
+    assert any("margin is 0 mm" in note for note in said["notes"])
+
+
+def test_verify(folder, capsys):
+    said = told(capsys, "verify", "plan.fits")
+    assert set(said) == {"ok", "certificate", "faults", "notes"}
+    assert set(said["certificate"]) == CERTIFICATE
+    said = told(capsys, "verify", "plan.fits", "--margin", "30", code=1)
+    assert said["ok"] is False
+    contact = said["certificate"]["contacts"][0]
+    assert set(contact) == {"pair", "time", "clearance"}
+    assert all(label.startswith(("R", "obstacle")) for label in contact["pair"])
+
+
+def test_diagnose(folder, capsys):
+    said = told(capsys, "diagnose", "plan.fits", code=1)
+    assert set(said) == DIAGNOSIS
+    assert all(set(loss) == LOSS for loss in said["losses"])
+    assert said["losses"][0]["outcome"] == "DROPPED"
+
+
+def test_what_was_written(folder, capsys):
+    assert told(capsys, "show", "plan.fits") == {"written": ["plan.html"]}
+    said = told(capsys, "export", "plan.fits", "--to", "ecsv", "-o", "knots.ecsv")
+    assert said == {"format": "ecsv", "written": ["knots.ecsv"]}
+
+
+def test_planners(capsys):
+    said = told(capsys, "planners")
+    assert [row["name"] for row in said] == list(fp.planners.PLANNERS)
+    assert all(set(row) == ROW and row["about"] for row in said)
+    for name in fp.planners.PLANNERS:
+        said = told(capsys, "planners", name)
+        assert set(said) == ROW | {"settings"}
+        assert all(set(setting) == SETTING for setting in said["settings"])
+    steps = {setting["key"]: setting for setting in told(capsys, "planners", "greedy-fold")["settings"]}
+    assert (steps["step"]["default"], steps["step"]["unit"], steps["step"]["type"]) == (0.1, "deg", "float")
+    assert steps["relief"]["choices"] == ["joint", "reverse", "replace", "none"]
+
+
+def test_planners_for_people(capsys):
+    assert run(["planners"]) == 0
+    out = capsys.readouterr().out
+    assert all(name in out for name in fp.planners.PLANNERS)
+    assert "Makarem2014, section 3" in out
+    assert run(["planners", "prioritized-roadmap"]) == 0
+    out = capsys.readouterr().out
+    assert "cells of the roadmap over the two joint ranges" in out
+    assert " 8x6 " in out
+    assert run(["planners", "dirct"]) == 2
+    assert "did you mean 'direct'?" in capsys.readouterr().err
+
+
+def test_instruments(capsys, folder):
+    said = told(capsys, "instruments")
+    assert {"name", "positioners", "about"} == set(said[0])
+    assert "sdss" in {row["name"] for row in said}
+    said = told(capsys, "instruments", "plane.fits")
+    assert set(said) == {"name", "positioners", "online", "bodies", "facts", "ids", "notes"}
+    assert (said["positioners"], said["online"], len(said["ids"])) == (7, 7, 7)
+    assert said["facts"]["alpha range"].endswith(" deg")
+
+
+def test_reproduce_lists_papers(capsys):
+    assert "sayres2021" in told(capsys, "reproduce")
+
+
+def test_warmup(capsys):
+    assert told(capsys, "warmup")["seconds"] > 0
+
+
+@pytest.mark.slow
+def test_demo(capsys, tmp_path):
+    said = told(capsys, "demo", "-o", str(tmp_path))
+    assert set(said) == PLAN | {"folded", "written"}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["plan", "plane.fits", "none.ecsv"],
+        ["plan", "plane.fits", "field.ecsv", "--set", "trun=6"],
+        ["verify", "none.fits"],
+        ["diagnose", "none.fits"],
+        ["show", "none.fits"],
+        ["export", "none.fits", "--to", "ecsv", "-o", "knots.ecsv"],
+        ["instruments", "none"],
+        ["planners", "none"],
+        ["reproduce", "none"],
+        ["demo", "-o", "plan.fits"],
+    ],
+)
+def test_an_error_is_no_json(folder, capsys, arguments):
+    assert run([*arguments, "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+
+
+def test_plain_values():
+    given = {"a": (math.nan, np.inf, 1.5), 2: np.array([1, 2]), "o": fp.Outcome.ARRIVED, "n": np.float64("nan")}
+    assert plain(given) == {"a": [None, None, 1.5], "2": [1, 2], "o": "ARRIVED", "n": None}
+    assert plain([np.bool_(True), np.int64(3), None, "x"]) == [True, 3, None, "x"]
+
+
+def stuck(count):
+    """A plan in which so many of nineteen are stuck, of priorities 1 to `count`."""
+    plane = fp.FocalPlane.hexagonal(2, 22.4)
+    goal = np.full((19, 2), np.nan)
+    goal[:count] = plane.folded[:count] + np.array([0.3, -0.2])
+    problem = fp.Problem(plane, plane.folded, goal, 0.1, np.arange(1.0, 20.0))
+    outcomes = (fp.Outcome.DEADLOCKED,) * count + (fp.Outcome.NO_TARGET,) * (19 - count)
+    return fp.Plan(problem, fp.Trajectory.at_rest(plane.folded), outcomes, "none", blockers={0: (1,)})
+
+
+def test_many_losses_are_summed_up():
+    plan = stuck(14)
+    first, *listed, last = lost_targets(plan)
+    assert first == "14 of 14 lost: stuck or given up, without proof that it had to be"
+    assert len(listed) == 10
+    ids = [plan.problem.plane.ids[i] for i in range(13, 3, -1)]  # by priority, the highest first
+    assert [line.split(":")[0] for line in listed] == [f"lost {id}" for id in ids]
+    assert last == "and 4 more, of no higher priority: --json lists them all"
+    assert "`fiberplan diagnose plan.fits`" in list(lost_targets(plan, "plan.fits"))[-1]
+
+
+def test_causes_that_differ_in_numbers_only_are_one(folder, small_plane, capsys):
+    x, y = small_plane.fibers(small_plane.folded + np.array([0.3, -0.2])).T
+    x[:3] += 100.0, 200.0, 300.0
+    QTable({"positioner": list(small_plane.ids), "x": x * units.mm, "y": y * units.mm}).write("far.ecsv")
+    assert run(["plan", "plane.fits", "far.ecsv", "--conflicts", "drop"]) == 1
+    out = capsys.readouterr().out.splitlines()
+    assert [line for line in out if " lost: " in line] == ["3 of 3 lost: out of reach"]
+    assert sum(line.startswith("lost R") for line in out) == 3
+
+
+def test_few_losses_are_listed():
+    plan = stuck(1)
+    (line,) = lost_targets(plan)
+    assert line.endswith(f"; in the way: {plan.problem.plane.ids[1]}")
+    assert len(list(lost_targets(stuck(2)))) == 3
+    assert len(list(lost_targets(stuck(10)))) == 11
+
+
+def test_what_a_proof_does_not_cover_is_said(folder, capsys, small_plane):
+    bare = small_plane.replace(bodies=())
+    assert list(cautions(small_plane, 0.8)) == []
+    (zero,) = cautions(small_plane, 0.0)
+    assert "the margin is 0 mm" in zero
+    (nothing,) = cautions(bare, 0.8)
+    assert "no bodies: nothing can touch" in nothing
+    problem = fp.Problem(bare, bare.folded, bare.folded, 0.8)
+    fp.Plan(problem, fp.Trajectory.at_rest(bare.folded), (fp.Outcome.ARRIVED,) * 7, "none").write("bare.fits")
+    assert run(["verify", "bare.fits"]) == 0
+    assert "note: hexagonal has no bodies: nothing can touch" in capsys.readouterr().out
