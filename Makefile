@@ -27,7 +27,7 @@ mutants: $(VENV)/.test ## does a test notice every wrong kernel? takes hours, an
 	nice $(BIN)/python tests/mutants.py $(OPTIONS)
 
 coverage: $(VENV)/.test ## statements that small tests run, kernels included: the compiler is off, and no real data
-	NUMBA_DISABLE_JIT=1 FIBERPLAN_NO_DATA=1 $(BIN)/pytest -n 2 -m small --cov --cov-report=term-missing:skip-covered
+	NUMBA_DISABLE_JIT=1 FIBERPLAN_NO_DATA=1 $(BIN)/pytest -n 2 -m "not slow" --cov --cov-report=term-missing:skip-covered
 
 fuzz: $(VENV)/.test ## random campaigns, three minutes; OPTIONS="--seed 1000 --only plans" for others
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(OPTIONS)

@@ -45,9 +45,10 @@ def is_one_line(refused: FiberplanError) -> None:
 
 def proofs(rng: np.random.Generator, folder: Path) -> None:
     """Motions of arms of all kinds, half of them with a contact planted: what `verify` says is what sampling sees."""
-    plane = four_bar_plane(rng) if rng.random() < 0.3 else varied_plane(rng)
+    bars = rng.random() < 0.3
+    plane = four_bar_plane(rng) if bars else varied_plane(rng)
     plane = plane.replace(max_speed=np.full((plane.n, 2), 1e3))
-    motion = _random_motion(rng, plane, 0.3 if plane.four_bar is not None else 1.5)
+    motion = _random_motion(rng, plane, meet=not bars)
     margin, jitter = rng.choice([0.0, 0.5]), rng.choice([0.0, 0.0, 0.03])
     proof = fp.verify(plane, motion, margin, jitter)
     told = {c.pair for c in (*proof.contacts, *proof.undecided)}
@@ -75,12 +76,13 @@ def _clocks_are_allowed_for(rng, plane, motion, arms, margin, jitter, told):
         assert seen >= margin - SEEN or told, f"{arms} come within {seen:.4f} mm with clocks off by {shifts}"
 
 
-def _random_motion(rng, plane, size):
-    """A walk of a few knots each; in half of them a pair meets at some time."""
+def _random_motion(rng, plane, meet):
+    """A walk of a few knots each, of small turns unless in half of them a pair is to meet at some time."""
+    size = 1.5 if meet else 0.3
     count = int(rng.integers(2, 6))
     times = np.cumsum(rng.uniform(0.2, 2.0, (plane.n, count)), axis=1)
     angles = plane.folded[:, None] + np.cumsum(rng.normal(0.0, size, (plane.n, count, 2)), axis=1)
-    if plane.four_bar is None and rng.random() < 0.5 and plane.n > 1:
+    if meet and rng.random() < 0.5:
         i, j = rng.choice(plane.n, 2, replace=False)
         tried = rng.uniform(-np.pi, np.pi, (2, 200, 2))
         gaps = sampled_clearance(plane, i, j, *tried)
