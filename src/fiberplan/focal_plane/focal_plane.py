@@ -282,7 +282,13 @@ class FocalPlane:
         """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
         boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
         box = read_only(np.array(boxes, float).reshape(-1, 4))
-        return read_only(box_pairs(self.base, self.reach, box, float(gap)), np.int64)
+        near = box_pairs(self.base, self.reach, box, float(gap))
+        first = np.searchsorted(near[:, 1], np.arange(len(self.obstacles) + 1))
+        kept = np.ones(len(near), bool)  # a long edge that runs askew has a box that is far larger than itself
+        for k, obstacle in enumerate(self.obstacles):
+            i = near[first[k] : first[k + 1], 0]
+            kept[first[k] : first[k + 1]] = obstacle.distance(self.base[i]) <= self.reach[i] + gap + 1e-9
+        return read_only(near[kept], np.int64)
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
