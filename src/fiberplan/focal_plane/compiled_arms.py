@@ -8,7 +8,7 @@ from fiberplan.arrays import read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import LINKS, Body, Obstacle
 from fiberplan.focal_plane.kinematics import Kinematics
-from fiberplan.focal_plane.outlines import convex_pieces
+from fiberplan.focal_plane.outlines import convex_pieces, strictly_convex
 from fiberplan.kernels.arms import ARM, BAR, PIECE, Arms
 
 _EVERY_CATEGORY = (1 << 62) - 1
@@ -71,7 +71,11 @@ def compile_arms(
     placed = np.zeros(n, np.int64)
     for k, body in enumerate(bodies):
         outlines, shape = _distinct(body.points, n)
-        templates = [cut.pieces(body, outline, LINKS[body.link], bit[k], meeting[k]) for outline in outlines]
+        whole = strictly_convex(outlines) if body.closed and body.points.ndim == 3 else np.zeros(len(outlines), bool)
+        templates = [
+            cut.pieces([outline] if convex else convex_pieces(outline, body.closed), LINKS[body.link], bit[k], meeting[k])
+            for outline, convex in zip(outlines, whole.tolist(), strict=True)
+        ]
         of_body.append((templates, shape, placed.copy()))
         placed += np.array([len(template) for template in templates])[shape]
     arm["last_piece"][:n] = np.cumsum(placed)
@@ -85,7 +89,7 @@ def compile_arms(
             piece[rows] = template
             piece["radius"][rows] = radius[mine, None]
     fixed = [
-        cut.pieces(thing, thing.points, 0, bit[k], meeting[k]) for k, thing in enumerate(obstacles, start=len(bodies))
+        cut.pieces(obstacle.pieces(), 0, bit[k], meeting[k]) for k, obstacle in enumerate(obstacles, start=len(bodies))
     ]
     for template, obstacle in zip(fixed, obstacles, strict=True):
         template["radius"] = obstacle.radius
@@ -107,10 +111,10 @@ class _Cut:
         self.vertices: list[np.ndarray] = []
         self._used = 0
 
-    def pieces(self, thing: Body | Obstacle, outline: np.ndarray, link: int, category: int, meets: int) -> np.ndarray:
-        """Pieces (m,) PIECE of an outline (k, 2) [mm] that `thing` has, without their radius."""
+    def pieces(self, shape: list[np.ndarray], link: int, category: int, meets: int) -> np.ndarray:
+        """Convex pieces (k, 2) [mm] as (m,) PIECE, without their radius."""
         rows = []
-        for piece in convex_pieces(outline, thing.closed):
+        for piece in shape:
             center = 0.5 * (piece.min(axis=0) + piece.max(axis=0))
             extent = np.hypot(*(piece - center).T).max()
             rows.append((link, 0.0, category, meets, self._used, self._used + len(piece), *center, extent))

@@ -34,6 +34,15 @@ def convex_pieces(points: np.ndarray, closed: bool) -> list[np.ndarray]:
     return [points] if _is_convex(points) else _triangles(points)
 
 
+def strictly_convex(outlines: np.ndarray) -> np.ndarray:
+    """(m,) which closed outlines (m, k, 2) turn left at every point and once around: those are their only piece."""
+    before, after = np.roll(outlines, 1, axis=1), np.roll(outlines, -1, axis=1)
+    edges = after - outlines
+    headings = np.arctan2(edges[..., 1], edges[..., 0])
+    turned = np.sum((np.roll(headings, -1, axis=1) - headings + np.pi) % (2 * np.pi) - np.pi, axis=1)
+    return np.all(side(before, outlines, after) > 0, axis=1) & (np.abs(turned - 2 * np.pi) < 1e-6)
+
+
 def simple_outline(points: np.ndarray) -> np.ndarray:
     """A closed outline (k, 2) without its repeated points, once it is known to have an inside.
 
