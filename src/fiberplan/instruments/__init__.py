@@ -15,7 +15,14 @@ from pathlib import Path
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments import desi, moons, moons_targets, sdss, sdss_targets  # noqa: F401 - they register themselves
+from fiberplan.instruments import (  # noqa: F401 - they register themselves
+    desi,
+    moons,
+    moons_targets,
+    pfs,
+    sdss,
+    sdss_targets,
+)
 from fiberplan.instruments.definition import read_definition
 from fiberplan.instruments.formats import INSTRUMENTS
 from fiberplan.tables.formats import FileFormat
