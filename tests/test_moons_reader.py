@@ -5,7 +5,7 @@ import pytest
 
 from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments.moons import INSET
+from fiberplan.instruments.moons_zones import INSET
 from fiberplan.problem import Problem, Targets
 
 COMMON = {

@@ -73,7 +73,9 @@ def compile_arms(
         outlines, shape = _distinct(body.points, n)
         whole = strictly_convex(outlines) if body.closed and body.points.ndim == 3 else np.zeros(len(outlines), bool)
         templates = [
-            cut.pieces([outline] if convex else convex_pieces(outline, body.closed), LINKS[body.link], bit[k], meeting[k])
+            cut.pieces(
+                [outline] if convex else convex_pieces(outline, body.closed), LINKS[body.link], bit[k], meeting[k]
+            )
             for outline, convex in zip(outlines, whole.tolist(), strict=True)
         ]
         of_body.append((templates, shape, placed.copy()))

@@ -20,6 +20,7 @@ from fiberplan.instruments import (  # noqa: F401 - they register themselves
     moons,
     moons_targets,
     pfs,
+    robot_table,
     sdss,
     sdss_targets,
 )
