@@ -1,7 +1,7 @@
 """Fields of the MOONS prototype (``targets_K.txt``): a row of numbers per positioner, without headings.
 
 Base r [mm] and theta [deg], target r and theta (theta from +y towards +x), flags for the right and the left elbow, and
-priority. In the newer form one letter, R or L, stands for the flags, and the positioner's number may stand for its base.
+priority. In the newer form a letter, R or L, stands for the flags, and the positioner's number may stand for its base.
 Otherwise positioners are named by where they stand. A target at a huge r is none.
 """
 

@@ -3,8 +3,8 @@
 Each zone is at its own height and padded by SAFETY on each side, so two fibers stay MINDIST + 2 SAFETY apart. Padded
 rectangles have sharp corners, as real fields show: feet, arms and metrology zones of goals come as close as 0.02 mm,
 which rounded corners would leave 0.2 mm apart. A body with sharp corners has no radius, and then overlap is a clearance
-of 0 rather than below it; so they are drawn in by 0.01 mm and rounded by 0.014 mm, which contains the sharp shape and is
-larger than it by 0.004 mm along its sides and nowhere more. The triangle is rounded by SAFETY.
+of 0 rather than below it; so they are drawn in by 0.01 mm and rounded by 0.014 mm, which contains the sharp shape and
+is larger than it by 0.004 mm along its sides and nowhere more. The triangle is rounded by SAFETY.
 
 - holder: a disc of diameter MINDIST about the fiber; meets other holders and snags;
 - metrology: a rectangle from the fiber back; meets other metrology zones;
@@ -47,7 +47,7 @@ def zones(file: ParameterFile) -> tuple[tuple[Body, ...], list[str]]:
     """The zones as bodies, and notes on what the file leaves open.
 
     Raises:
-        InstrumentError: a size is missing or cannot be used; of a file that mixes both forms the missing ones are named.
+        InstrumentError: a size is missing (of a file that mixes both forms all that are) or cannot be used.
     """
     newer = _is_newer(file)
     sizes = _newer(file) if newer else _older(file)
@@ -78,7 +78,9 @@ def _is_newer(file: ParameterFile) -> bool:
     Raises:
         InstrumentError: it has keywords of both forms, or not all of one.
     """
-    missing = {form: [name for name in form if f"INS.POS.{name}" not in file.values] for form in (OLDER, NEWER)}
+    missing: dict[tuple[str, ...], list[str]] = {
+        form: [name for name in form if f"INS.POS.{name}" not in file.values] for form in (OLDER, NEWER)
+    }
     newer = len(missing[NEWER]) < len(NEWER)
     if not newer and len(missing[OLDER]) == len(OLDER):
         raise file.error(_either(file, missing))

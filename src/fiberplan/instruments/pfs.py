@@ -10,6 +10,7 @@ Where a file gives no links, ranges, sizes or speeds they are nominal and assump
 
 import os
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -49,7 +50,7 @@ def read_pfs(path: str | os.PathLike) -> FocalPlane:
     cobras = _columns(file, "cob", ("x", "y"))
     numbers = cobras.texts("cob")
     order = np.argsort([int(k) for k in numbers], kind="stable")
-    for a, b in zip(order[:-1], order[1:], strict=True):
+    for a, b in pairwise(order):
         if numbers[a] == numbers[b]:
             raise cobras.fail(int(b), f"cobra {numbers[b]} was already given in {cobras.rows[a]}")
     base = np.stack([cobras.numbers(axis, "mm") for axis in "xy"], axis=1)[order]
@@ -153,7 +154,7 @@ def _bodies(link: np.ndarray) -> tuple[Body, ...]:
 
 
 def _columns(file: Path, number: str, names: tuple[str, ...]) -> InputTable:
-    r"""Rows of a PFS text table that begin with a number; headings (``\cob`` or ``fid``) may be repeated between them."""
+    r"""Rows of a PFS text table that begin with a number; headings (``\cob``, ``fid``) may be repeated among them."""
     heading: list[str] = []
     cells: list[list[str]] = []
     rows: list[str] = []

@@ -72,8 +72,9 @@ def read_robots(path: Path) -> FocalPlane:
         {"format": 1, "name": path.stem, "positioners": path.name, "fibers": fibers, "joints": joints}
     )
     radius = table.numbers("radius", "mm") if "radius" in table else None
-    for row in np.flatnonzero(radius < 0) if radius is not None else ():
-        raise table.fail(int(row), f"radius {radius[row]:g} mm is negative")
+    if radius is not None and (radius < 0).any():
+        row = int(np.argmax(radius < 0))
+        raise table.fail(row, f"radius {radius[row]:g} mm is negative")
     bare = {name: cells for name, cells in table.columns.items() if name != "radius"}
     try:
         plane = plane_of(definition, path, [InputTable(table.source, bare, table.units, table.rows, InstrumentError)])

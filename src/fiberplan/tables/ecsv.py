@@ -1,4 +1,4 @@
-"""ECSV tables by their text alone: columns and units, without the rest of a header that may be far larger than the table.
+"""ECSV tables by their text alone: columns and units, without the rest of a header that may be far larger.
 
 astropy parses the whole YAML header; a DESI focal-plane file keeps a thousand outlines in it, which takes seconds.
 """
