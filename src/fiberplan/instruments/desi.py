@@ -30,7 +30,7 @@ _SOURCES = (
     "positions, lengths, offsets and ranges: the focal-plane file of the instrument's team",
     "outlines of phi arm and theta body, petal edges and guide cameras: collision_settings.conf; the phi arm's is made "
     "longer by what LENGTH_R1, and LENGTH_R2 where it is more, exceed 3 mm by, as the focal-plane file's own outlines "
-    "are, and each is expanded as the file says",
+    "are; each is expanded as the file says, those of linear phi motors by 5 deg at least",
     f"speed {SPEED:.2f} deg/s: cruise, 18,000 steps/s of 3.3 motor deg over the gear (46/14 + 1)^4, from the team's "
     "move tables",
     "ranges end 3 deg before the hard stops: settings of the instrument's team",

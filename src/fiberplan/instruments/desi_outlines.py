@@ -22,6 +22,7 @@ from fiberplan.tables.table_reader import InputTable, read_text
 
 NAMES = ("collision_settings.conf", "_collision_settings_DEFAULT.conf")  #: beside a focal-plane file
 _NOMINAL = 3.0  # lengths of the links for which the outlines are drawn [mm]
+LINEAR = np.radians(5.0)  #: by which the focal-plane file turns the sides of linear phi arms outwards, at least [rad]
 _SECTOR = np.pi / 5  # of a petal, from its x axis
 _BEYOND = 1.5  # how far a petal's edge may lie outside its sector [mm]
 _FARTHEST = 425.0  # of a petal's edge from the middle; the frame drawn around it goes farther [mm]
@@ -76,10 +77,11 @@ def find_settings(folder: Path) -> Settings:
 
 def moving_outlines(settings: Settings, table: InputTable, first: np.ndarray, second: np.ndarray) -> tuple[Body, Body]:
     """Phi arms and theta bodies of devices (rows of `table`) with links `first` and `second` (n,) [mm]."""
-    phi = _expanded(settings.outline("KEEPOUT_PHI"), table, "PHI")
+    linear = table.flags("LINPHI", blank=True) if "LINPHI" in table else np.zeros(len(table), bool)
+    phi = _expanded(settings.outline("KEEPOUT_PHI"), table, "PHI", np.where(linear, LINEAR, 0.0))
     longer = (first - _NOMINAL) + np.maximum(second - _NOMINAL, 0.0)
     phi[..., 0] += np.where(phi[..., 0] > 0, longer[:, None], 0.0)
-    theta = _expanded(settings.outline("KEEPOUT_THETA"), table, "THETA")
+    theta = _expanded(settings.outline("KEEPOUT_THETA"), table, "THETA", np.zeros(len(table)))
     shared = theta[0] if np.all(theta == theta[0]) else theta
     return (
         Body(phi, 0.0, "beta", closed=True, category="phi", meets=("phi", "theta"), name="phi arm"),
@@ -87,18 +89,26 @@ def moving_outlines(settings: Settings, table: InputTable, first: np.ndarray, se
     )
 
 
-def _expanded(outline: np.ndarray, table: InputTable, axis: str) -> np.ndarray:
-    """An outline (k, 2) as each device has it (n, k, 2) [mm]: farther out, and turned away from its x axis."""
+def _expanded(outline: np.ndarray, table: InputTable, axis: str, least: np.ndarray) -> np.ndarray:
+    """An outline (k, 2) as each device has it (n, k, 2) [mm]: farther out, and turned away from its x axis.
+
+    Args:
+        outline: of all.
+        table: with the expansions.
+        axis: PHI or THETA.
+        least: (n,) by how much it is turned at least [rad].
+    """
 
     def by(kind: str, unit: str, default: str) -> np.ndarray:
         name = f"KEEPOUT_EXPANSION_{axis}_{kind}"
         return table.numbers(name, unit, default, blank=0.0) if name in table else np.zeros(len(table))
 
+    out, turn = by("RADIAL", "mm", "mm"), np.maximum(by("ANGULAR", "rad", "deg"), least)
     radius, angle = np.hypot(*outline.T), np.arctan2(outline[:, 1], outline[:, 0])
-    radius = np.maximum(radius + by("RADIAL", "mm", "mm")[:, None], 0.0)
-    angle = angle + np.sign(angle) * by("ANGULAR", "rad", "deg")[:, None]
+    radius = np.maximum(radius + out[:, None], 0.0)
+    angle = angle + np.sign(angle) * turn[:, None]
     made = radius[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=2)
-    same = (by("RADIAL", "mm", "mm") == 0) & (by("ANGULAR", "rad", "deg") == 0)
+    same = (out == 0) & (turn == 0)
     made[same] = outline
     return made
 
