@@ -88,6 +88,7 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
     fibers = _fibers(definition, values)
     bodies = shape_tables.bodies(definition.bodies, values, path.parent)
     obstacles = (*discs, *shape_tables.obstacles(definition.obstacles, path.parent))
+    forbidden = shape_tables.forbidden(definition.forbidden, path.parent)
     kinematics = _kinematics(definition, values, base)
     online = values.flags("online")
     _check_names(definition, values)
@@ -117,6 +118,7 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
             notes=tuple(notes),
             assumptions=tuple(definition.assumptions),
             recommended_margin=definition.margin,
+            forbidden=forbidden,
         )
     except InstrumentError as error:
         raise InstrumentError(f"{path}: {error}") from None
