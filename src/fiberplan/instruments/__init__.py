@@ -6,7 +6,7 @@
   wrong and in which line
 - `formats`: where readers of files register; importing this package registers ours
 - `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
-- `moons`, `moons_zones`, `moons_targets`: configuration files of the MOONS prototype, its avoidance zones, and its fields
+- `moons`, `moons_zones`, `moons_targets`: configuration files of the MOONS prototype, its zones and its fields
 - `desi`, `desi_outlines`: focal-plane files of DESI, and what can touch there
 - `pfs`: fiber map, fiducials, black dots and measured cobras of PFS
 - `robot_table`: a table with a row for each robot

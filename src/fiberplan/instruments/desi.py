@@ -137,7 +137,8 @@ def petal(plane: FocalPlane, number: int) -> FocalPlane:
     mine = np.array([int(id_) // 1000 == number for id_ in plane.ids])
     if not mine.any():
         raise InstrumentError(f"{plane.name}: no device of petal {number}")
-    fixed = [k for k, obstacle in enumerate(plane.obstacles) if obstacle.name.endswith(f"petal {number}")]
+    names = {f"{what} of petal {number}" for what in ("edge", "guide camera")}
+    fixed = [k for k, obstacle in enumerate(plane.obstacles) if obstacle.name in names]
     return plane.subset(np.flatnonzero(mine), np.array(fixed, np.int64)).replace(name=f"{plane.name} petal {number}")
 
 

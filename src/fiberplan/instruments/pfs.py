@@ -91,7 +91,8 @@ def _is_geometry(path: Path) -> bool:
 def read_pfs_geometry(path: str | os.PathLike) -> FocalPlane:
     """Cobras as they were measured: places, links, hard stops; the broken ones are offline.
 
-    Ids count the containers of the file from 1, which in a file of the whole instrument are cobra numbers.
+    Ids count the containers of the file from 1, which in a file of the whole instrument are cobra numbers; that has the
+    fiducials and black dots of its folder too.
 
     Raises:
         InstrumentError: no such file, not such XML, lengths that are not in mm, or a value that cannot be used; the
@@ -125,6 +126,7 @@ def read_pfs_geometry(path: str | os.PathLike) -> FocalPlane:
         said = [text for bit, text in _STATUS.items() if status[k] & bit]
         notes.append(f"cobra {k + 1}: {', '.join(said) or f'status {status[k]}'}{'' if works[k] else ', so offline'}")
     n = len(rows)
+    fixed, dots, lacks = _beside(path.parent, n)
     phi = np.maximum(phi_high - phi_low, 0.0)
     for k in np.flatnonzero((phi_high < phi_low) & works):
         raise table.fail(int(k), f"{_RANGES[3]} is below {_RANGES[2]}")
@@ -142,8 +144,18 @@ def read_pfs_geometry(path: str | os.PathLike) -> FocalPlane:
         online=works,
         name=f"pfs-{path.stem}",
         notes=(f"from {path.name}: places, links and hard stops of {n} cobras", *NOMINAL["sources"], *notes),
-        assumptions=(*NOMINAL["assumptions"], "no fiducials: the file has none"),
+        obstacles=fixed,
+        forbidden=dots,
+        assumptions=(*NOMINAL["assumptions"], *lacks),
     )
+
+
+def _beside(folder: Path, count: int) -> tuple[tuple[Obstacle, ...], np.ndarray, tuple[str, ...]]:
+    """Fiducials and black dots beside a file of `count` cobras, if it is of the whole instrument; and what lacks."""
+    if count != NOMINAL["cobras"]:
+        return (), np.empty((0, 3)), (f"no fiducials and no black dots: a file of {count} cobras is a part of PFS",)
+    (fixed, notes), (dots, more) = _fiducials(folder), _black_dots(folder)
+    return fixed, dots, (*notes, *more)
 
 
 def _bodies(link: np.ndarray) -> tuple[Body, ...]:
