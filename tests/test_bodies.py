@@ -3,6 +3,7 @@ import pytest
 import shapely
 
 from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.outlines import side
 from fiberplan.kernels.clearance import clearance
@@ -197,3 +198,32 @@ def test_outlines_of_thousands_of_vertices(shape):
         outline = np.concatenate([teeth, [[1499.0, 0.0], [0.0, 0.0]]])
     area = sum(shapely.Polygon(piece).area for piece in pieces_of(outline))
     assert area == pytest.approx(shapely.Polygon(outline).area, rel=1e-9)
+
+
+def test_positioners_of_one_outline_share_its_pieces():
+    plane = FocalPlane.hexagonal(1, 22.4)
+    notched = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]])
+    outlines = np.stack([notched + [0.1 * (i % 2), 0.0] for i in range(plane.n)])
+    radii = np.linspace(0.1, 0.7, plane.n)
+    made = plane.replace(bodies=(Body(outlines, radii, closed=True), Body(SQUARE, 0.2, closed=True, link="alpha")))
+    arms = made.arms
+    for i in range(plane.n):
+        mine = arms.piece[arms.arm["first_piece"][i] : arms.arm["last_piece"][i]]
+        shapes = [arms.vertices[piece["first"] : piece["last"]] for piece in mine]
+        for shape, piece in zip(shapes, [*made.bodies[0].pieces(i), SQUARE], strict=True):
+            np.testing.assert_array_equal(shape, piece)
+        np.testing.assert_allclose(mine["radius"], [*[radii[i]] * (len(mine) - 1), 0.2])
+    assert len(np.unique(arms.piece["first"])) == 2 * (len(made.bodies[0].pieces(0))) + 1
+
+
+def test_distance_from_an_obstacle():
+    notched = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]])
+    points = np.array([[1.0, 1.0], [2.0, 2.0], [6.0, 1.0], [2.0, -3.0]])
+    filled = [0.0, np.sqrt(0.5), 2.0, 3.0]
+    for outline in (notched, notched[::-1]):
+        np.testing.assert_allclose(Obstacle("o", outline, closed=True).distance(points), filled)
+    np.testing.assert_allclose(
+        Obstacle("o", notched, 0.5, closed=True).distance(points), np.fmax(np.array(filled) - 0.5, 0)
+    )
+    np.testing.assert_allclose(Obstacle("o", notched[:2]).distance(points), [1.0, 2.0, np.sqrt(5), 3.0])
+    np.testing.assert_allclose(Obstacle("o", notched[:1], 1.0).distance(points), np.hypot(*points.T) - 1.0)

@@ -114,11 +114,11 @@ def test_blocked_nodes_are_those_in_contact(margin):
     assert found > 100
 
 
+@pytest.mark.parametrize(("name", "who"), [("moons", 500), ("desi", 2500)])
 @pytest.mark.parametrize("seed", range(3))
-def test_blocked_nodes_of_many_pieces(seed):
-    """The MOONS prototype: seven zones at their heights, beta around nearly a whole turn."""
-    plane = fp.FocalPlane.load("moons")
-    who = 500
+def test_blocked_nodes_of_many_pieces(name, who, seed):
+    """Seven zones at their heights, beta around nearly a whole turn; and concave outlines on both links."""
+    plane = fp.FocalPlane.load(name)
     near = Neighbourhood.of(plane, 0.0)
     beside = near.near["arm"][near.offsets[who] : near.offsets[who + 1]]
     beside = sorted(beside[beside < plane.n], key=lambda j: np.hypot(*(plane.base[j] - plane.base[who])))[:8]
@@ -135,7 +135,7 @@ def test_blocked_nodes_of_many_pieces(seed):
             gap = clearance(plane.arms, who, *here, j, *start[j])
             assert bool((int(scratch.row[a]) >> b) & 1) == (not gap >= SLACK)
             found += not gap >= SLACK
-    assert found > 20
+    assert found > 10
 
 
 @kernel

@@ -418,3 +418,25 @@ def test_instrument_of_another_case_is_suggested():
 def test_lines_of_tables_that_no_header_opens():
     lines = Lines("[a.b]\nc = 1\n[[d.e]]\nf = 1\n")
     assert [lines.of(field) for field in (("a",), ("d",), ("d", "e", 0, "f"))] == [1, 3, 4]
+
+
+def test_places_where_no_fiber_may_end(examples):
+    path = examples / "hexagon.toml"
+    path.write_text('forbidden = "spots.csv"\n' + path.read_text())
+    (examples / "spots.csv").write_text("x,y,radius\n1.0,2.0,0.5\n")
+    np.testing.assert_array_equal(FocalPlane.load(path).forbidden, [[1.0, 2.0, 0.5]])
+    (examples / "spots.csv").write_text("x,y,radius\n1.0,2.0,-0.5\n")
+    with pytest.raises(InstrumentError, match=r"spots\.csv: line 2: radius -0\.5 mm is negative"):
+        FocalPlane.load(path)
+
+
+def test_a_grid_of_the_holes_nearest_to_the_middle(examples):
+    path = examples / "hexagon.toml"
+    text = path.read_text().replace("rings = 3 ", "count = 19\nrings = 3 ").replace('empty = ["R0C1"]', "empty = []")
+    path.write_text(text)
+    plane = FocalPlane.load(path)
+    assert plane.n == 19 - 1  # a fiducial stands in one of them
+    assert np.hypot(*plane.base.T).max() == pytest.approx(2 * 22.4)
+    path.write_text(text.replace("count = 19", "count = 0"))
+    with pytest.raises(InstrumentError, match=r"grid\.count = 0: must be 1 or more"):
+        FocalPlane.load(path)

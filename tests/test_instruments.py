@@ -42,6 +42,9 @@ radius = 1.5
         ("moons", 1009, 0),
         ("makarem2014", 4921, 0),
         ("makarem2016", 1025, 0),
+        ("pfs", 2394, 96),
+        ("desi", 5000, 0),
+        ("spec-s5", 13000, 0),
     ],
 )
 def test_built_in(name, n, obstacles):

@@ -5,7 +5,7 @@ import pytest
 
 from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments.moons import INSET
+from fiberplan.instruments.moons_zones import INSET
 from fiberplan.problem import Problem, Targets
 
 COMMON = {
@@ -261,3 +261,90 @@ def test_round_trip_through_tables(tmp_path):
     goal = np.array([[0.3, 0.2], [0.1, 0.4], [2.0, -1.0]])
     np.testing.assert_array_equal(plane.clearance(goal), again.clearance(goal))
     assert again.obstacles[0].meets == ()
+
+
+NEWER = {
+    "B1": 5.5, "B2": 1.25, "B3": 6, "B4": 4, "TB2": 1.5, "W3": 2.75, "W4": 5, "D1": 8.7, "D2": 2, "DW": 4,
+    "DEF1": 0, "DEF2": 0, "SLOW1": 0.6, "FAST1": 2, "CHANGE1": 0.4, "SLOW2": 0.8, "FAST2": 3, "CHANGE2": 0.4,
+}  # fmt: skip
+
+
+def newer(without=(), **more):
+    """Lines of a made-up file of the newer form: two positioners."""
+    kept = {k: COMMON[k] for k in COMMON if k not in ("B1", "TB2", "TB3", "TW1", "TW2", "DL", "DW")}
+    values = {k: v for k, v in (kept | NEWER | more).items() if k not in without}
+    lines = ["PAF.HDR.START;", *(f"INS.POS.{key} {value:.3f};" for key, value in values.items())]
+    for k, theta in (("7", 30.0), ("8", 90.0)):
+        lines += [f"INS.POS{k}.RFOCAL {PITCH};", f"INS.POS{k}.THFOCAL {theta};", f"INS.POS{k}.ORIENT 0.0;"]
+        lines += [f'INS.POS{k}.LOCK "F";', f'INS.FIBRE{k}.HEALTH "T";']
+    return lines
+
+
+def test_the_newer_form(tmp_path):
+    plane = FocalPlane.load(write(tmp_path, newer()))
+    assert plane.online.all()
+    np.testing.assert_allclose(np.degrees(plane.max_speed), [[12, 18], [12, 18]])  # FAST, 2 and 3 rpm
+    assert any("SLOW" in note for note in plane.notes)
+    assert any("as large as" in text for text in plane.assumptions)
+    bodies = {body.name: body.points for body in plane.bodies}
+    pad = 0.5 - INSET
+    for name, (begin, end, width) in {"metrology": (11.5, 18.25, 5), "foot": (-2, 8.7, 4)}.items():
+        low, high = [begin - pad, -width / 2 - pad], [end + pad, width / 2 + pad]
+        np.testing.assert_allclose([bodies[name].min(axis=0), bodies[name].max(axis=0)], [low, high])
+    np.testing.assert_allclose(bodies["snag"], [[11.5, -1.375], [11.5, 1.375], [5.5, 0]])
+    assert bodies["low"][:, 0].min() == pytest.approx(4 - pad)  # no arm over B4
+    elsewhere = FocalPlane.load(write(tmp_path, newer(DEF2=20)))
+    np.testing.assert_allclose(np.degrees(elsewhere.folded), [[0, 20]] * 2)
+
+
+@pytest.mark.parametrize(
+    ("rows", "name"),
+    [
+        ([[7, 42, 18, "R", 1], [8, 30, 110, "L", 3]], "number"),
+        ([[PITCH, 30, 42, 18, "R", 1], [PITCH, 90, 30, 110, "L", 3]], "place"),
+    ],
+)
+def test_fields_of_the_newer_form(tmp_path, rows, name):
+    plane = FocalPlane.load(write(tmp_path, newer()))
+    targets = Targets.read(field(tmp_path, rows, f"field-by-{name}.txt"))
+    problem = Problem.from_targets(plane, targets)
+    np.testing.assert_allclose(np.degrees(problem.goal), [[19.470, -84.438], [56.552, 28.463]], atol=1e-3)
+    np.testing.assert_array_equal(problem.priority, [1, 3])
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([[7, 42, 18, "R", 1], [8, 30, 110, "X", 3]], ["line 2", "elbow is 'X'"]),
+        ([[7, 42, 18, "R", 1], [8, 30, 110, "L"]], ["line 2", "4 values", "expected 5"]),
+        ([[7, 42, 18, "R", 1], [9, 30, 110, "L", 3]], ["line 2", "no positioner '9'"]),
+        ([[7, 42, 18, "R", 1], [7, 30, 110, "L", 3]], ["line 2", "'7'", "already"]),
+        ([[7, 42, 18, "R", 1], [8, "far", 110, "L", 3]], ["line 2", "target r is 'far'"]),
+    ],
+)
+def test_bad_fields_of_the_newer_form(tmp_path, rows, words):
+    plane = FocalPlane.load(write(tmp_path, newer()))
+    with pytest.raises(TargetError) as caught:
+        Targets.read(field(tmp_path, rows)).configuration(plane)
+    message = str(caught.value)
+    assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize(
+    ("lines", "words", "absent"),
+    [
+        (newer(without=("W3", "D2")), ["no keyword INS.POS.W3, INS.POS.D2"], "TB3"),
+        (newer(without=("D1", "D2"), DL=8), ["INS.POS.TB3, INS.POS.TW2", "INS.POS.D1, INS.POS.D2"], "did you mean"),
+        (newer(without=("B2", "B3", "B4", "W3", "W4", "D1", "D2")), ["neither is whole"], "did you mean"),
+        (newer(B4=12), ["INS.POS.B4 is 12", "no room"], "TB3"),
+        (newer(FAST1=0), ["INS.POS.FAST1 is 0"], "TB3"),
+        (newer(DEF2=160), ["INS.POS.HIGH2", "datum at 160 deg"], "TB3"),
+    ],
+)
+def test_bad_files_of_the_newer_form(tmp_path, lines, words, absent):
+    with pytest.raises(InstrumentError) as caught:
+        FocalPlane.load(write(tmp_path, lines))
+    message = str(caught.value)
+    assert all(word in message for word in words), message
+    assert absent not in message
+    assert "\n" not in message

@@ -7,6 +7,7 @@
 - `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, named for files in `kinds`
 - `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point
 - `compiled_arms`: the focal plane as arrays for the kernels
+- `outliers`: robots whose values are far from the others'
 - `neighbours`: who could touch whom at a given margin
 """
 

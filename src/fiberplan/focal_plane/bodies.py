@@ -100,6 +100,21 @@ class Obstacle(Frozen):
         """The same obstacle, meeting only categories that are `there`: a focal plane refuses to name others."""
         return _meeting(self, there)
 
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distance of `points` (m, 2) from it (m,) [mm]; 0 within."""
+        begin, end = self.points, np.roll(self.points, -1, axis=0)
+        if not self.closed and len(begin) > 1:
+            begin, end = begin[:-1], end[:-1]
+        along, beside = end - begin, points[:, None] - begin
+        length2 = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+        part = np.clip((beside * along).sum(axis=2) / length2, 0.0, 1.0)
+        away = np.hypot(*np.moveaxis(beside - part[..., None] * along, 2, 0)).min(axis=1)
+        if self.closed:
+            up = (begin[:, 1] <= points[:, None, 1]) != (end[:, 1] <= points[:, None, 1])
+            left = along[:, 0] * beside[..., 1] - along[:, 1] * beside[..., 0]
+            away[np.count_nonzero(up & ((left > 0) == (along[:, 1] > 0)), axis=1) % 2 == 1] = 0.0
+        return np.maximum(away - self.radius, 0.0)
+
     def pieces(self) -> list[np.ndarray]:
         """Convex pieces, each (k, 2) [mm]."""
         return convex_pieces(self.points, self.closed)

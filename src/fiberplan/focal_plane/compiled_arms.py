@@ -8,6 +8,7 @@ from fiberplan.arrays import read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import LINKS, Body, Obstacle
 from fiberplan.focal_plane.kinematics import Kinematics
+from fiberplan.focal_plane.outlines import convex_pieces, strictly_convex
 from fiberplan.kernels.arms import ARM, BAR, PIECE, Arms
 
 _EVERY_CATEGORY = (1 << 62) - 1
@@ -44,19 +45,9 @@ def compile_arms(
         if unknown:  # a misspelt category would switch collisions off
             raise InstrumentError(f"'{thing.name}' meets '{unknown[0]}', a category that nothing has")
 
-    pieces: list[tuple[float, ...]] = []
-    vertices: list[np.ndarray] = []
-    used = 0
-
-    def add(shape: list[np.ndarray], link: int, radius: float, body: Body | Obstacle) -> None:
-        nonlocal used
-        meets = _EVERY_CATEGORY if body.meets is None else sum(bits.get(name, 0) for name in set(body.meets))
-        for piece in shape:
-            center = 0.5 * (piece.min(axis=0) + piece.max(axis=0))
-            extent = np.hypot(*(piece - center).T).max()
-            pieces.append((link, radius, bits[body.category], meets, used, used + len(piece), *center, extent))
-            vertices.append(piece)
-            used += len(piece)
+    cut = _Cut()
+    meeting = [_EVERY_CATEGORY if t.meets is None else sum(bits[name] for name in set(t.meets)) for t in everything]
+    bit = [bits[thing.category] for thing in everything]
 
     arm = np.zeros(count, ARM)
     arm["x"][:n], arm["y"][:n], arm["length"][:n] = *base.T, length
@@ -65,9 +56,7 @@ def compile_arms(
     bar = kinematics.constants(base, zero)
     arm["bar"][: len(bar)] = np.arange(len(bar))
     arm["alpha_zero"][:n] += kinematics.turned
-    shared = [b.pieces(0) if b.points.ndim == 2 else None for b in bodies]
     extents = [np.broadcast_to(np.hypot(b.points[..., 0], b.points[..., 1]).max(axis=-1), (n,)) for b in bodies]
-    radii = [np.broadcast_to(b.radius, (n,)) for b in bodies]
     reach = np.zeros(n)
     for body, extent in zip(bodies, extents, strict=True):
         name = {"alpha": "reach_alpha", "beta": "reach_beta"}.get(body.link)
@@ -78,19 +67,67 @@ def compile_arms(
             bar["reach"] = np.maximum(bar["reach"], extent)
             origin = bar["spacing"]
         reach = np.maximum(reach, extent + body.radius + origin)
-    for i in range(n):
-        arm["first_piece"][i] = len(pieces)
-        for body, shape, thickness in zip(bodies, shared, radii, strict=True):
-            add(body.pieces(i) if shape is None else shape, LINKS[body.link], float(thickness[i]), body)
-        arm["last_piece"][i] = len(pieces)
-    for k, obstacle in enumerate(obstacles):
-        arm["first_piece"][n + k] = len(pieces)
-        add(obstacle.pieces(), 0, obstacle.radius, obstacle)
-        arm["last_piece"][n + k] = len(pieces)
+    of_body = []  # for each body, pieces by shape, the shape of each positioner, and where its pieces begin
+    placed = np.zeros(n, np.int64)
+    for k, body in enumerate(bodies):
+        outlines, shape = _distinct(body.points, n)
+        whole = strictly_convex(outlines) if body.closed and body.points.ndim == 3 else np.zeros(len(outlines), bool)
+        templates = [
+            cut.pieces(
+                [outline] if convex else convex_pieces(outline, body.closed), LINKS[body.link], bit[k], meeting[k]
+            )
+            for outline, convex in zip(outlines, whole.tolist(), strict=True)
+        ]
+        of_body.append((templates, shape, placed.copy()))
+        placed += np.array([len(template) for template in templates])[shape]
+    arm["last_piece"][:n] = np.cumsum(placed)
+    arm["first_piece"][:n] = arm["last_piece"][:n] - placed
+    piece = np.empty(int(placed.sum()), PIECE)
+    for body, (templates, shape, begin) in zip(bodies, of_body, strict=True):
+        radius = np.broadcast_to(body.radius, (n,))
+        for number, template in enumerate(templates):
+            mine = np.flatnonzero(shape == number) if len(templates) > 1 else np.arange(n)
+            rows = (arm["first_piece"][mine] + begin[mine])[:, None] + np.arange(len(template))
+            piece[rows] = template
+            piece["radius"][rows] = radius[mine, None]
+    fixed = [
+        cut.pieces(obstacle.pieces(), 0, bit[k], meeting[k]) for k, obstacle in enumerate(obstacles, start=len(bodies))
+    ]
+    for template, obstacle in zip(fixed, obstacles, strict=True):
+        template["radius"] = obstacle.radius
+    arm["last_piece"][n:] = len(piece) + np.cumsum([len(template) for template in fixed], dtype=np.int64)
+    arm["first_piece"][n:] = arm["last_piece"][n:] - [len(template) for template in fixed]
     arms = Arms(
         arm=read_only(arm, ARM),
-        piece=read_only(np.array(pieces, PIECE), PIECE),
-        vertices=read_only(np.concatenate(vertices) if vertices else np.empty((0, 2))),
+        piece=read_only(np.concatenate([piece, *fixed]), PIECE),
+        vertices=read_only(np.concatenate(cut.vertices) if cut.vertices else np.empty((0, 2))),
         bar=read_only(bar, BAR),
     )
     return arms, read_only(reach)
+
+
+class _Cut:
+    """Convex pieces that are cut so far, and their vertices; positioners of one outline share its vertices."""
+
+    def __init__(self) -> None:
+        self.vertices: list[np.ndarray] = []
+        self._used = 0
+
+    def pieces(self, shape: list[np.ndarray], link: int, category: int, meets: int) -> np.ndarray:
+        """Convex pieces (k, 2) [mm] as (m,) PIECE, without their radius."""
+        rows = []
+        for piece in shape:
+            center = 0.5 * (piece.min(axis=0) + piece.max(axis=0))
+            extent = np.hypot(*(piece - center).T).max()
+            rows.append((link, 0.0, category, meets, self._used, self._used + len(piece), *center, extent))
+            self.vertices.append(piece)
+            self._used += len(piece)
+        return np.array(rows, PIECE)
+
+
+def _distinct(points: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Outlines (m, k, 2) that differ, and which of them each of n positioners has (n,): each is cut once only."""
+    if points.ndim == 2:
+        return points[None], np.zeros(n, np.int64)
+    outlines, shape = np.unique(points.reshape(n, -1), axis=0, return_inverse=True)
+    return outlines.reshape(len(outlines), *points.shape[1:]), shape.reshape(n)

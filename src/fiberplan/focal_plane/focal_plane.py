@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fiberplan.arrays import Frozen, FrozenDict, number, plain, read_only, shortened, texts
 from fiberplan.errors import InstrumentError
@@ -62,6 +63,7 @@ class FocalPlane(Frozen):
     aliases: tuple[str, ...] = ()  #: (n,) second names of the positioners, "" where there is none; or empty
     assumptions: tuple[str, ...] = ()  #: what this description rests on without a source, one sentence each
     recommended_margin: float | None = None  #: the margin to take where none is asked for [mm]
+    forbidden: np.ndarray = None  # type: ignore[assignment]  #: (m, 3) x, y, radius [mm]: discs where no fiber may end
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ids", texts(self.ids, f"{self.name}: ids", InstrumentError))
@@ -86,6 +88,7 @@ class FocalPlane(Frozen):
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
         object.__setattr__(self, "aliases", tuple(str(name) for name in self.aliases))
         object.__setattr__(self, "assumptions", tuple(self.assumptions))
+        object.__setattr__(self, "forbidden", read_only(np.empty((0, 3)) if self.forbidden is None else self.forbidden))
         self._validate()
 
     def _offset(self, name: str, value: Any) -> np.ndarray:
@@ -119,6 +122,8 @@ class FocalPlane(Frozen):
             raise InstrumentError(f"{self.name}: {len(self.aliases)} second names for {self.n} positioners")
         if self.recommended_margin is not None and not 0 <= self.recommended_margin < np.inf:
             raise InstrumentError(f"{self.name}: recommended margin {self.recommended_margin:g} mm is not a length")
+        if self.forbidden.ndim != 2 or self.forbidden.shape[1] != 3 or not np.isfinite(self.forbidden).all():
+            raise InstrumentError(f"{self.name}: forbidden must be finite and of shape (m, 3): x, y and radius")
         for body in self.bodies:
             for what, count in (("points", body.points.ndim == 3), ("radii", np.ndim(body.radius) == 1)):
                 given = len(body.points if what == "points" else np.atleast_1d(body.radius))
@@ -264,6 +269,19 @@ class FocalPlane(Frozen):
         _, second = self.links(angles)
         return self.elbows(angles) + rotated(offset, second)
 
+    def forbidden_at(self, points: np.ndarray) -> np.ndarray:
+        """(m,) which of the `forbidden` discs each of `points` (m, 2) [mm] lies in, -1 for none and for NaN."""
+        found = np.full(len(points), -1, np.int64)
+        there = np.flatnonzero(np.isfinite(points).all(axis=1))
+        if len(self.forbidden) and len(there):
+            radius = self.forbidden[:, 2]
+            near = cKDTree(self.forbidden[:, :2]).query_ball_point(points[there], max(0.0, radius.max()))
+            for k, discs in zip(there, near, strict=True):
+                away = np.hypot(*(self.forbidden[discs, :2] - points[k]).T)
+                inside = [disc for disc, d in zip(discs, away, strict=True) if d < radius[disc]]
+                found[k] = min(inside, default=-1)
+        return found
+
     def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
         """(n,) whether commanded `angles` (n, 2) [rad] are forbidden within the joint ranges; NaN rows are not."""
         return self.kinematics.in_avoidance(self, _angles(angles))
@@ -303,7 +321,14 @@ class FocalPlane(Frozen):
         """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
         boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
         box = read_only(np.array(boxes, float).reshape(-1, 4))
-        return read_only(box_pairs(self.base, self.reach, box, number(gap, "mm", "gap", InstrumentError)), np.int64)
+        gap = number(gap, "mm", "gap", InstrumentError)
+        near = box_pairs(self.base, self.reach, box, gap)
+        first = np.searchsorted(near[:, 1], np.arange(len(self.obstacles) + 1))
+        kept = np.ones(len(near), bool)  # a long edge that runs askew has a box that is far larger than itself
+        for k, obstacle in enumerate(self.obstacles):
+            i = near[first[k] : first[k + 1], 0]
+            kept[first[k] : first[k + 1]] = obstacle.distance(self.base[i]) <= self.reach[i] + gap + 1e-9
+        return read_only(near[kept], np.int64)
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""

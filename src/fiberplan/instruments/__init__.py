@@ -6,7 +6,10 @@
   wrong and in which line
 - `formats`: where readers of files register; importing this package registers ours
 - `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
-- `moons`, `moons_targets`: configuration files of the MOONS prototype, and its fields
+- `moons`, `moons_zones`, `moons_targets`: configuration files of the MOONS prototype, its zones and its fields
+- `desi`, `desi_outlines`: focal-plane files of DESI, and what can touch there
+- `pfs`: fiber map, fiducials, black dots and measured cobras of PFS
+- `robot_table`: a table with a row for each robot
 
 `names` and `named` know the built-in instruments and those of other packages.
 """
@@ -15,7 +18,15 @@ from pathlib import Path
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments import moons, moons_targets, sdss, sdss_targets  # noqa: F401 - they register themselves
+from fiberplan.instruments import (  # noqa: F401 - they register themselves
+    desi,
+    moons,
+    moons_targets,
+    pfs,
+    robot_table,
+    sdss,
+    sdss_targets,
+)
 from fiberplan.instruments.definition import read_definition
 from fiberplan.instruments.formats import INSTRUMENTS
 from fiberplan.tables.formats import FileFormat

@@ -44,7 +44,8 @@ def read_definition(path: str | os.PathLike) -> FocalPlane:
     text = "\n".join(read_text(path, InstrumentError))
     said = _parsed(path, text)
     try:
-        return _plane(Definition.model_validate(said), path, text)
+        definition = Definition.model_validate(said)
+        return plane_of(definition, path, positioner_tables(definition, path, text))
     except ValidationError as error:
         raise InstrumentError(f"{path}: {message(complaints_of(error, said), text, said)}") from None
     except DefinitionError as error:
@@ -62,9 +63,12 @@ def _parsed(path: FilePath, text: str) -> dict[str, Any]:
         raise InstrumentError(f"{path}: is not a usable TOML file (nested too deeply, or a number too long)") from None
 
 
-def _plane(definition: Definition, path: FilePath, text: str) -> FocalPlane:
-    """One focal plane from a definition and its tables."""
-    tables = positioner_tables(definition, path, text)
+def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable]) -> FocalPlane:
+    """One focal plane from a definition at `path` and its tables.
+
+    Raises:
+        InstrumentError: a value that cannot be used, in a table or (`DefinitionError`) in the definition.
+    """
     ids, start, discs = _places(definition, tables)
     values = PositionerValues(ids, tables)
     base = _base(values, start)
@@ -84,6 +88,7 @@ def _plane(definition: Definition, path: FilePath, text: str) -> FocalPlane:
     fibers = _fibers(definition, values)
     bodies = shape_tables.bodies(definition.bodies, values, path.parent)
     obstacles = (*discs, *shape_tables.obstacles(definition.obstacles, path.parent))
+    forbidden = shape_tables.forbidden(definition.forbidden, path.parent)
     kinematics = _kinematics(definition, values, base)
     online = values.flags("online")
     _check_names(definition, values)
@@ -113,6 +118,7 @@ def _plane(definition: Definition, path: FilePath, text: str) -> FocalPlane:
             notes=tuple(notes),
             assumptions=tuple(definition.assumptions),
             recommended_margin=definition.margin,
+            forbidden=forbidden,
         )
     except InstrumentError as error:
         raise InstrumentError(f"{path}: {error}") from None

@@ -214,6 +214,9 @@ class Definition(Part):
     bodies: list[BodyPart] = Field(default=[], description="what can touch; without bodies nothing can")
     fiducials: Fiducials | None = Field(default=None, description="discs that stand fixed")
     obstacles: list[ObstaclePart] = Field(default=[], description="what stands fixed")
+    forbidden: Text | None = Field(
+        default=None, description="file of places where no fiber may end: columns x, y, radius; nothing touches them"
+    )
 
     @model_validator(mode="after")
     def _somewhere(self) -> Self:

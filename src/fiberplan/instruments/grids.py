@@ -18,16 +18,27 @@ class Part(BaseModel):
 
 
 class Hexagonal(Part):
-    """A filled hexagon, row by row from the lowest y; holes are R<row>C<column> (R-1C2), row 0 in the middle."""
+    """A filled hexagon, row by row from the lowest y; holes are R<row>C<column> (R-1C2), row 0 in the middle.
+
+    With `count` its holes farthest from the middle are left out, of equally far ones those of higher rows and columns.
+    """
 
     kind: Literal["hexagonal"] = Field(description="rows along x, neighbours at equal distances")
     rings: Annotated[int, Field(ge=0, le=1000)] = Field(description="around the middle hole; 10 rings have 331 holes")
     pitch: Positive = Field(description="from hole to hole [mm]")
     empty: list[str] = Field(default=[], description="ids of holes with nothing in them", examples=[["R0C1"]])
+    count: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="keep so many holes, those nearest to the middle; all unless given"
+    )
 
     def places(self) -> tuple[tuple[str, ...], np.ndarray]:
         """Ids and positions (n, 2) [mm]."""
-        return hexagonal_grid(self.rings, self.pitch)
+        ids, base = hexagonal_grid(self.rings, self.pitch)
+        if self.count is None or self.count >= len(ids):
+            return ids, base
+        away = np.round(np.hypot(*base.T) / self.pitch, 9)  # as far is as far, whatever the rounding
+        kept = np.sort(np.argsort(away, kind="stable")[: self.count])
+        return tuple(ids[k] for k in kept), base[kept]
 
 
 class Rectangular(Part):
@@ -60,4 +71,30 @@ class Ring(Part):
         return tuple(f"A{k + 1}" for k in range(self.count)), self.radius * np.stack([np.cos(turn), np.sin(turn)], 1)
 
 
-Grid = Annotated[Hexagonal | Rectangular | Ring, Field(discriminator="kind")]
+class Modules(Part):
+    """Rhombic fields around the middle, of modules of two staggered columns; numbered from 1, field by field.
+
+    The first module's first hole is at (-h, pitch / 2), h = pitch sqrt(3) / 2; its holes alternate between two columns
+    and go down; each next module stands two columns farther to -x and one pitch higher. Fields follow clockwise.
+    """
+
+    kind: Literal["modules"] = Field(description="fields of modules, as the cobras of PFS")
+    fields: Annotated[int, Field(ge=1, le=3)] = Field(description="each turned by 120 deg")
+    modules: Annotated[int, Field(ge=1, le=1000)] = Field(description="in each field")
+    holes: Annotated[int, Field(ge=1, le=1000)] = Field(description="in each module")
+    pitch: Positive = Field(description="from hole to hole [mm]")
+    empty: list[str] = Field(default=[], description="ids of holes with nothing in them", examples=[["1"]])
+
+    def places(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Ids and positions (n, 2) [mm]."""
+        n = self.fields * self.modules * self.holes
+        field, rest = np.divmod(np.arange(n), self.modules * self.holes)
+        module, hole = np.divmod(rest, self.holes)
+        x = -self.pitch * np.sqrt(0.75) * (1 + 2 * module + hole % 2)
+        y = self.pitch * (0.5 + module - 0.5 * hole)
+        turn = -2 * np.pi / 3 * field
+        c, s = np.cos(turn), np.sin(turn)
+        return tuple(map(str, range(1, n + 1))), np.stack([c * x - s * y, s * x + c * y], axis=1)
+
+
+Grid = Annotated[Hexagonal | Rectangular | Ring | Modules, Field(discriminator="kind")]

@@ -2,8 +2,9 @@
 
 Commanded angles are the motors': alpha is counted from ``ORIENT`` and beta from folded, so both are 0 at the datum, and
 the beta of the papers (measured from the alpha link) is pi more. Centres are polar, with theta from +y towards +x. The
-zones that may not touch, and what meets what, are described at `zones`; each is the file's own shape padded by SAFETY.
-The file gives no motor speeds and no outline of the acquisition cameras: see `SPEED` and `_cameras`.
+zones that may not touch, and what meets what, are in `fiberplan.instruments.moons_zones`; sizes come in two forms. A
+file of the newer form gives motor speeds (FAST, in rpm) and where the datum is (DEF); one without has those of
+`SPEED`, and its datum at 0. No file gives an outline of the acquisition cameras: see `_cameras`.
 """
 
 import os
@@ -14,14 +15,14 @@ from scipy.spatial import cKDTree
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.instruments.moons_zones import zones
 from fiberplan.tables.paf import ParameterFile, read_paf
 
 SPEED = (np.radians(16.68), np.radians(22.5))
 """Fastest turns of alpha and beta [rad/s]: 2.78 and 3.75 rpm, the prototype's (its slowest are 0.73 and 0.98 rpm)."""
-BARE = 6.5  #: the arm's three pieces end this far before the fiber [mm]
-INSET = 0.01  #: how far rectangles are drawn in before they are rounded so as to contain their corners [mm]
+_DRAWN = "acquisition cameras are drawn as the cells they occupy and touch nothing; the file gives no outline"
 _HEALTH = "its fibre is broken"
 _LOCKED = "it is locked"
 
@@ -45,14 +46,18 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
     base = np.array([_place(file, f"INS.POS{k}") for k in numbers])
     orient = np.radians([file.number(f"INS.POS{k}.ORIENT") for k in numbers])
     reach = file.number("INS.POS.LENGTH2", 1e-3)
+    datum = [file.number(f"INS.POS.DEF{k}") if f"INS.POS.DEF{k}" in file.values else 0.0 for k in (1, 2)]
+    speed, said = _speeds(file)
+    bodies, form = zones(file)
     ends = {name: [file.number(f"INS.POS.{name}{k}") for k in (1, 2)] for name in ("LOW", "HIGH")}
     offline = {k: _LOCKED for k in numbers if file.flag(f"INS.POS{k}.LOCK")}
     offline |= {k: _HEALTH for k in numbers if not file.flag(f"INS.FIBRE{k}.HEALTH") and k not in offline}
     for name, values in ends.items():
         for joint, value in enumerate(values, 1):
-            if (value < 0) != (name == "LOW"):
-                raise file.fail(f"INS.POS.{name}{joint}", f"is {value:g}, so the datum at 0 deg is out of range")
-    folded = np.zeros((n, 2))
+            if (value < datum[joint - 1]) != (name == "LOW"):
+                at = f"the datum at {datum[joint - 1]:g} deg"
+                raise file.fail(f"INS.POS.{name}{joint}", f"is {value:g}, so {at} is out of range")
+    folded = np.tile(np.radians(datum), (n, 1))
     for row, k in enumerate(numbers):
         if offline.get(k) == _LOCKED:
             folded[row] = _locked_at(file, k, base[row], orient[row], (length, reach))
@@ -64,61 +69,38 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
         folded=folded,
         lower=np.tile(np.radians(ends["LOW"]), (n, 1)),
         upper=np.tile(np.radians(ends["HIGH"]), (n, 1)),
-        max_speed=np.tile(SPEED, (n, 1)),
-        bodies=zones(file),
+        max_speed=np.tile(speed, (n, 1)),
+        bodies=bodies,
         obstacles=_cameras(file, base),
         zero=np.stack([orient, np.full(n, np.pi)], axis=1),
         online=np.array([k not in offline for k in numbers]),
         name=f"moons-{path.resolve().parent.name}",
         notes=(
             f"from {path.name}: MOONS prototype, lengths, ranges and avoidance zones as in the file",
-            "motor speeds of 2.78 and 3.75 rpm are the prototype's; the file does not give them",
-            "acquisition cameras are drawn as the cells they occupy and touch nothing; the file gives no outline",
+            *said,
+            *form,
+            *([_DRAWN] if file.numbered("INS.ACQ") else []),
             *(f"positioner {k} is taken as offline: {why}" for k, why in offline.items()),
         ),
+        assumptions=tuple(form),
     )
 
 
-def zones(file: ParameterFile) -> tuple[Body, ...]:
-    """What can touch, each zone at its own height (u runs from elbow to fiber).
-
-    Each is padded by SAFETY on each side, so two fibers stay MINDIST + 2 SAFETY apart. Padded rectangles have sharp
-    corners, as real fields show: feet, arms and metrology zones of goals come as close as 0.02 mm, which rounded
-    corners would leave 0.2 mm apart. A body with sharp corners has no radius, and then overlap is a clearance of 0
-    rather than below it; so they are drawn in by 0.01 mm and rounded by 0.014 mm, which contains the sharp shape and
-    is larger than it by 0.004 mm along its sides and nowhere more. The triangle is rounded by SAFETY.
-
-    - holder: a disc of diameter MINDIST about the fiber; meets other holders and snags;
-    - metrology: a rectangle of WIDTH2 from the fiber back by B1; meets other metrology zones;
-    - low, middle, high: the arm in three equal pieces of WIDTH2, from ``sqrt(((L2 - L1) / 2)^2 - (WIDTH2 / 2)^2)`` past
-      the elbow to 6.5 mm before the fiber; each meets only its own kind;
-    - foot: the datum actuator, a rectangle of DW from the elbow along u by DL; meets other feet;
-    - snag: a triangle behind the metrology zone, its base TW2 there and its tip TB3 nearer to the elbow; meets other
-      positioners' holders.
-    """
-    get = {k: file.number(f"INS.POS.{k}", 0.0) for k in ("LENGTH1", "LENGTH2", "WIDTH2", "MINDIST", "B1", "TB3", "TW2")}
-    get |= {k: file.number(f"INS.POS.{k}", 0.0) for k in ("DL", "DW", "SAFETY")}
-    fiber, half, pad = get["LENGTH2"], get["WIDTH2"] / 2, get["SAFETY"]
-    neck = ((fiber - get["LENGTH1"]) / 2) ** 2 - half**2
-    if neck < 0 or np.sqrt(neck) >= fiber - BARE:
-        raise file.fail("INS.POS.LENGTH2", f"is {fiber:g}, which leaves no room for an arm of that WIDTH2 and LENGTH1")
-    cuts = np.linspace(np.sqrt(neck), fiber - BARE, 4)
-    behind = fiber - get["B1"]
-    snag = [[behind, -get["TW2"] / 2], [behind, get["TW2"] / 2], [behind - get["TB3"], 0.0]]
-
-    def rectangle(name: str, begin: float, end: float, wide: float) -> Body:
-        begin, end, wide = begin - pad + INSET, end + pad - INSET, wide + pad - INSET
-        corners = np.array([[begin, -wide], [end, -wide], [end, wide], [begin, wide]])
-        return Body(corners, INSET * np.sqrt(2.0), closed=True, category=name, meets=(name,), name=name)
-
-    heights = ("low", "middle", "high")
-    return (
-        Body(np.array([[fiber, 0.0]]), get["MINDIST"] / 2 + pad, category="holder", meets=("holder",), name="holder"),
-        rectangle("metrology", behind, fiber, half),
-        *(rectangle(name, a, b, half) for name, a, b in zip(heights, cuts[:-1], cuts[1:], strict=True)),
-        rectangle("foot", 0.0, get["DL"], get["DW"] / 2),
-        Body(np.array(snag), pad, closed=True, category="snag", meets=("holder",), name="snag"),
-    )
+def _speeds(file: ParameterFile) -> tuple[tuple[float, float], list[str]]:
+    """Fastest turns of both motors [rad/s], and notes on where they come from."""
+    given = [f"INS.POS.FAST{k}" in file.values for k in (1, 2)]
+    if not any(given):
+        return SPEED, ["motor speeds of 2.78 and 3.75 rpm are the prototype's; the file does not give them"]
+    rpm = [file.number(f"INS.POS.FAST{k}") for k in (1, 2)]
+    for k, value in enumerate(rpm, 1):
+        if not value > 0:
+            raise file.fail(f"INS.POS.FAST{k}", f"is {value:g}, expected a speed above 0 rpm")
+    notes = [f"motor speeds of {rpm[0]:g} and {rpm[1]:g} rpm: FAST of the file"]
+    if any(f"INS.POS.{name}{k}" in file.values for name in ("SLOW", "CHANGE") for k in (1, 2)):
+        notes.append(
+            "SLOW and CHANGE of the file are not kept: motors may be asked to turn slower, or to change sooner"
+        )
+    return (float(np.radians(6 * rpm[0])), float(np.radians(6 * rpm[1]))), notes
 
 
 def _place(file: ParameterFile, what: str) -> np.ndarray:

@@ -112,6 +112,22 @@ def obstacles(parts: Sequence[ObstaclePart], folder: FilePath) -> tuple[Obstacle
     return tuple(made)
 
 
+def forbidden(name: str | None, folder: FilePath) -> np.ndarray:
+    """Places where no fiber may end (m, 3): x, y, radius [mm] of the rows of a table; none without one.
+
+    Raises:
+        InstrumentError: a table that cannot be used.
+    """
+    if name is None:
+        return np.empty((0, 3))
+    table = read_table(folder / name, InstrumentError)
+    table.require("x", "y", "radius")
+    discs = np.stack([table.numbers(column, "mm") for column in ("x", "y", "radius")], axis=1)
+    for row in np.flatnonzero(discs[:, 2] < 0):
+        raise table.fail(int(row), f"radius {discs[row, 2]:.6g} mm is negative")
+    return discs
+
+
 def _shapes(table: InputTable, owners: Sequence[str], wanted: np.ndarray) -> dict[str, _Shape]:
     """The shape that the wanted rows (m,) of each owner make, by vertex if there is such a column."""
     table.require("x", "y")

@@ -55,7 +55,7 @@ def read_focal_plane(path: str | os.PathLike) -> FocalPlane:
 
 
 def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
-    """The tables FOCALPLANE, POSITIONERS, BODIES and OBSTACLES."""
+    """The tables FOCALPLANE, POSITIONERS, BODIES and OBSTACLES, and FORBIDDEN where there are such places."""
     about: dict[str, Any] = {"name": [plane.name], "pair_margin": np.array([plane.pair_margin])}
     about |= {"fibers": [json.dumps(list(plane.fiber_offsets))], "notes": [json.dumps(plane.notes)]}
     rows: dict[str, Any] = {"positioner": plane.ids, "online": plane.online}
@@ -74,11 +74,13 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     for k, offset in enumerate(plane.fiber_offsets.values()):
         for axis, values in zip("xy", offset.T, strict=True):
             rows[f"fiber{k}_{axis}"], units[f"fiber{k}_{axis}"] = values, "mm"
+    forbidden = dict(zip(("x", "y", "radius"), plane.forbidden.T, strict=True))
     return [
         table_hdu("FOCALPLANE", about, {"pair_margin": "mm", "field_radius": "mm", "margin": "mm"}),
         table_hdu("POSITIONERS", rows, units),
         table_hdu("BODIES", body_rows(plane.bodies, plane.n), _UNITS),
         table_hdu("OBSTACLES", obstacle_rows(plane.obstacles), _UNITS),
+        *([table_hdu("FORBIDDEN", forbidden, _UNITS)] if len(plane.forbidden) else []),
     ]
 
 
@@ -112,6 +114,7 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             kinematics=kinematics_of({name: numbers(rows, name) for name in rows.columns.names if "four_bar" in name}),
             field_radius=_field_radius(about),
             aliases=tuple(texts(rows, "alias")) if "alias" in rows.columns.names else (),
+            forbidden=_forbidden(tables.get("FORBIDDEN")),
             **_stated(about),
             **joints,
         )
@@ -128,6 +131,13 @@ def _stated(about: Any) -> dict[str, Any]:
         "assumptions": tuple(json.loads(texts(about, "assumptions")[0])),
         "recommended_margin": None if np.isnan(margin) else margin,
     }
+
+
+def _forbidden(table: Any) -> np.ndarray:
+    """Forbidden places (m, 3) [mm]; focal planes without such have no table."""
+    if table is None:
+        return np.empty((0, 3))
+    return np.stack([numbers(table, name) for name in ("x", "y", "radius")], axis=1)
 
 
 def _field_radius(about: Any) -> float:

@@ -5,24 +5,33 @@ from pathlib import Path
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.outliers import one_place_only, unusual
 from fiberplan.instruments import named, names
 from fiberplan.instruments.formats import focal_plane_formats
 from fiberplan.tables.formats import format_of
 
 
 def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
-    """A named instrument, or one from a file or folder.
+    """A named instrument, or one from a file or folder; robots that are far from their kind are noted.
 
     Raises:
         InstrumentError: no such instrument or file, or one that cannot be used; one line that names it.
     """
-    if name_or_path in names():
-        return named(str(name_or_path))
     path = Path(name_or_path)
     try:
-        return _from_path(path)
+        return _noted(named(str(name_or_path)) if name_or_path in names() else _from_path(path))
     except OSError as error:  # a name that no file can have, a folder that may not be looked into
         raise InstrumentError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
+
+
+def _noted(plane: FocalPlane) -> FocalPlane:
+    """The same with notes on robots that are far from their kind, less those that it has already."""
+    doubtful = one_place_only(plane)
+    notes = dict.fromkeys((*plane.notes, *unusual(plane)))
+    assumptions = dict.fromkeys((*plane.assumptions, *doubtful))
+    if len(notes) == len(plane.notes) and len(assumptions) == len(plane.assumptions):
+        return plane
+    return plane.replace(notes=tuple(notes), assumptions=tuple(assumptions))
 
 
 def _from_path(path: Path) -> FocalPlane:

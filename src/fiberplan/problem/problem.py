@@ -324,6 +324,23 @@ class Problem(Frozen):
             for i, k in outside[::-1]
         }
 
+    def _forbidden(self, goal: np.ndarray) -> dict[int, str]:
+        """Positioner -> complaint, for goals at which its default fiber ends where no fiber may."""
+        plane = self.plane
+        if not len(plane.forbidden):
+            return {}
+        ends = plane.fibers(goal)
+        found = {}
+        for i, disc in enumerate(plane.forbidden_at(ends).tolist()):
+            if disc >= 0:
+                x, y, radius = plane.forbidden[disc]
+                away = float(np.hypot(ends[i, 0] - x, ends[i, 1] - y))
+                found[i] = (
+                    f"{self._name(i)}: its fiber would end {away:.3f} mm from ({x:.3f}, {y:.3f}) mm, the middle of a "
+                    f"forbidden place of radius {radius:.3f} mm"
+                )
+        return found
+
     def _contacts(self, angles: np.ndarray) -> list[tuple[int, int, float]]:
         """Pairs of arms closer than the margin at `angles`, at least one of them online, with their clearance [mm].
 
@@ -383,6 +400,12 @@ class Problem(Frozen):
             raise ProblemError(f"goal: {next(iter(outside.values()))}", tuple(outside))
         for i, complaint in outside.items():
             dropped[i] = Dropped(f"out of reach: {complaint}")
+            goal[i] = np.nan
+        places = self._forbidden(goal)
+        if places and not drop:
+            raise ProblemError(f"goal: {next(iter(places.values()))}", tuple(places))
+        for i, complaint in places.items():
+            dropped[i] = Dropped(f"forbidden place: {complaint}")
             goal[i] = np.nan
         resting = np.where(self.plane.online[:, None], goal, self.start)
         contacts = self._contacts(resting)

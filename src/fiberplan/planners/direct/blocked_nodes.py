@@ -126,7 +126,14 @@ def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
             theirs = arms.piece[q]
             x, y = point(frame_j, theirs.link, theirs.u, theirs.v)
             near = mine.extent + mine.radius + theirs.extent + theirs.radius + limit + _ROOM
-            if mine.link != 2 or not near > 0.0:
+            if not near > 0.0:
+                return ~_NONE
+            if mine.link != 2:
+                c, s = (np.cos(first), np.sin(first)) if mine.link == 1 else (1.0, 0.0)
+                px = arms.arm[i].x + c * mine.u - s * mine.v
+                py = arms.arm[i].y + s * mine.u + c * mine.v
+                if _apart(px, py, x, y, near):
+                    continue
                 return ~_NONE
             far = np.hypot(x - ex, y - ey)
             if far > ride + near or far < ride - near:

@@ -1,0 +1,125 @@
+"""A table with a row for each robot as an instrument by itself.
+
+Columns are those of a table beside an instrument file (``docs/instrument-format.md``): `positioner`, a place (`x`, `y`
+or `distance`, `angle`), `length`, one fiber or more (`arm`, or `<fiber>_x` and `<fiber>_y`), joint ranges
+(`lower_alpha`, ...), and what there is of `folded_alpha`, `zero_alpha`, `speed_alpha`, `online`. Names may also be said
+the other way round (`alpha_lower`), and `base_x`, `base_y` for the place. `radius` makes each arm a capsule from the
+elbow to its first fiber. What the table leaves out is assumed, and said so.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from fiberplan.errors import InstrumentError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.bodies import Body
+from fiberplan.instruments.complaints import DefinitionError
+from fiberplan.instruments.definition import plane_of
+from fiberplan.instruments.definition_model import Definition, Positioner
+from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.tables.table_reader import InputTable, read_table
+
+SPEED = 30.0  #: where a table gives none [deg/s]
+_JOINT_VALUES = ("lower", "upper", "folded", "zero", "speed")
+_NAMES = {"base_x": "x", "base_y": "y"} | {
+    f"{joint}_{value}": f"{value}_{joint}" for joint in ("alpha", "beta") for value in _JOINT_VALUES
+}
+_HEAD = 65536  # bytes that are looked at to tell a table of robots from others
+_OURS = (b"FPPLANE", b"FPFORMAT", b"FOCALPLANE", b"POSITIONERS")
+
+
+def _accepts(path: Path) -> bool:
+    """Whether a table has columns `positioner` and `length`, which no table of targets has."""
+    try:
+        if path.suffix.lower() not in (".csv", ".ecsv", ".fits") or not path.is_file():
+            return False
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return False
+    if path.suffix.lower() == ".fits":
+        there = {card.lower() for card in (b"'positioner", b"'length") if card in head.lower()}
+        return len(there) == 2 and not any(word in head for word in _OURS)
+    lines = head.decode("utf-8", "replace").lstrip("\ufeff").splitlines()
+    heading = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    words = {word.split("[")[0].strip(' "') for word in heading.replace(" ", ",").split(",")}
+    return {"positioner", "length"} <= words
+
+
+@focal_plane_format("robots", "a table with a row for each robot (columns positioner, x, y, length, ...)", _accepts)
+def read_robots(path: Path) -> FocalPlane:
+    """The focal plane of a table of robots.
+
+    Raises:
+        InstrumentError: a column that is missing, or a value that cannot be used; file, row and value are named.
+    """
+    read = read_table(path, InstrumentError)
+    table = _renamed(read)
+    fibers = [name[:-2] for name in table.columns if name.endswith("_x") and name[:-2]] or ["fiber"]
+    table = _with_sides(table, fibers)
+    assumptions = []
+    joints: dict[str, dict[str, float]] = {}
+    for joint in ("alpha", "beta"):
+        said = joints[joint] = {}
+        table.require(f"lower_{joint}", f"upper_{joint}")
+        if f"speed_{joint}" not in table:
+            said["speed"] = SPEED
+            assumptions.append(f"speed of {joint} {SPEED:g} deg/s: the table of robots gives none")
+    table, parked = _parked(table)
+    assumptions += parked
+    definition = Definition.model_validate(
+        {"format": 1, "name": path.stem, "positioners": path.name, "fibers": fibers, "joints": joints}
+    )
+    radius = table.numbers("radius", "mm") if "radius" in table else None
+    if radius is not None and (radius < 0).any():
+        row = int(np.argmax(radius < 0))
+        raise table.fail(row, f"radius {radius[row]:g} mm is negative")
+    bare = {name: cells for name, cells in table.columns.items() if name != "radius"}
+    try:
+        plane = plane_of(definition, path, [InputTable(table.source, bare, table.units, table.rows, InstrumentError)])
+    except DefinitionError as error:
+        raise InstrumentError(f"{path}: {error}") from None
+    if radius is None:
+        return plane.replace(assumptions=tuple(assumptions))
+    ends = np.stack([np.zeros((plane.n, 2)), plane.fiber], axis=1)
+    assumptions.append("arms are capsules from the elbow to the fiber, of the table's radius")
+    notes = tuple(note for note in plane.notes if "no bodies" not in note)
+    return plane.replace(bodies=(Body(ends, radius),), assumptions=tuple(assumptions), notes=notes)
+
+
+def _renamed(table: InputTable) -> InputTable:
+    """The same by the names of `docs/instrument-format.md`."""
+    columns, units = {}, {}
+    for name, cells in table.columns.items():
+        known = _NAMES.get(name, name)
+        if known in columns or (known != name and known in table.columns):
+            raise InstrumentError(f"{table.source}: columns '{known}' and '{name}' are the same value")
+        columns[known] = cells
+        if name in table.units:
+            units[known] = table.units[name]
+    return InputTable(table.source, columns, units, table.rows, InstrumentError)
+
+
+def _with_sides(table: InputTable, fibers: list[str]) -> InputTable:
+    """The same with a zero for the y of fibers that lie straight along the beta link."""
+    known = set(Positioner.model_fields)
+    added = {f"{name}_y": ["0"] * len(table) for name in fibers if f"{name}_x" in table and f"{name}_y" not in table}
+    added = {name: cells for name, cells in added.items() if name not in known}
+    return InputTable(table.source, {**table.columns, **added}, table.units, table.rows, InstrumentError)
+
+
+def _parked(table: InputTable) -> tuple[InputTable, list[str]]:
+    """The same with a park state where it gives none: alpha as near to 0, beta as near to folded as ranges allow."""
+    columns, units, assumptions = dict(table.columns), dict(table.units), []
+    for joint, wanted in (("alpha", 0.0), ("beta", 180.0)):
+        if f"folded_{joint}" in table:
+            continue
+        zero = table.numbers(f"zero_{joint}", "rad", "deg", blank=0.0) if f"zero_{joint}" in table else 0.0
+        low, high = (table.numbers(f"{end}_{joint}", "rad", "deg", blank=np.nan) for end in ("lower", "upper"))
+        best = np.radians(wanted) - (zero if joint == "beta" else 0.0)
+        columns[f"folded_{joint}"] = np.fmin(np.fmax(np.broadcast_to(best, low.shape), low), high)
+        units[f"folded_{joint}"] = "rad"
+        where = "folded back" if joint == "beta" else "at 0 deg"
+        assumptions.append(f"{joint} is parked {where}, or as near as its range allows: the table of robots says none")
+    return InputTable(table.source, columns, units, table.rows, InstrumentError), assumptions
