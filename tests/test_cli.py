@@ -131,7 +131,8 @@ def test_settings_reach_the_planner(folder, capsys):
     bad = ["plan", "plane.fits", "field.ecsv", "--planner", "navigation-function"]
     assert "d must be below D, got d 5 mm and D 4 mm" in refused(folder, capsys, *bad, "--set", "d=5")
     assert "beyond its patrol zone" in refused(folder, capsys, *bad, "--set", "dt=5")
-    assert "mine.toml is an input" in refused(folder, capsys, *bad, "--settings", "mine.toml", "-o", "mine.toml")
+    (folder / "mine.toml").rename("mine.fits")
+    assert "mine.fits is an input" in refused(folder, capsys, *bad, "--settings", "mine.fits", "-o", "mine.fits")
 
 
 def touching(plane, goal):

@@ -14,10 +14,10 @@ __all__ = ["main"]
 def main() -> None:
     """The ``fiberplan`` command."""
     try:
-        from fiberplan.cli.app import run
+        from fiberplan.cli.app import main as command
     except BaseException as error:  # Ctrl-C while the commands are imported
         if not interrupted(error):
             raise
         print("fiberplan: error: interrupted", file=sys.stderr)
         sys.exit(130)
-    sys.exit(run(sys.argv[1:]))
+    command()

@@ -13,7 +13,7 @@ import numpy as np
 
 from fiberplan.errors import InstrumentError
 
-_ROUNDING = (3.0 + 16.0 * 2.0**-53) * 2.0**-53  # of the determinant, relative to the sum of its two products
+_ERROR_BOUND = (3.0 + 16.0 * 2.0**-53) * 2.0**-53  # of the determinant, relative to the sum of its two products
 _UNDERFLOW = 1e-290  # more than products that underflow can lose
 _BLOCK = 256  # edges that are held against all others at a time
 
@@ -66,7 +66,7 @@ def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
         u, v = b - a, c - a
         left, right = u[..., 0] * v[..., 1], u[..., 1] * v[..., 0]
         value = left - right
-        sure = np.abs(value) > _ROUNDING * (np.abs(left) + np.abs(right)) + _UNDERFLOW
+        sure = np.abs(value) > _ERROR_BOUND * (np.abs(left) + np.abs(right)) + _UNDERFLOW
     out = np.array(np.sign(np.where(sure, value, 0.0)), np.int8)
     for k in map(tuple, np.argwhere(~sure)):
         out[k] = _exact_side(a[k].tolist(), b[k].tolist(), c[k].tolist())

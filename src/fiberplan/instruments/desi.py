@@ -19,7 +19,7 @@ from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.ecsv import read_ecsv
 from fiberplan.tables.table_reader import InputTable
 
-SPEED = 59400 / (46 / 14 + 1) ** 4
+CRUISE = 59400 / (46 / 14 + 1) ** 4
 """Cruise speed of both axes [deg/s]: 18,000 steps a second of 3.3 deg of the motor, over its gear."""
 STOPS = 3.0  #: what is kept from the hard stops [deg]
 PHI_MOST = 185.0  #: phi at its upper hard stop, counted from POS_P = 0 [deg]
@@ -31,7 +31,7 @@ _SOURCES = (
     "outlines of phi arm and theta body, petal edges and guide cameras: collision_settings.conf; the phi arm's is made "
     "longer by what LENGTH_R1, and LENGTH_R2 where it is more, exceed 3 mm by, as the focal-plane file's own outlines "
     "are; each is expanded as the file says, those of linear phi motors by 5 deg at least",
-    f"speed {SPEED:.2f} deg/s: cruise, 18,000 steps/s of 3.3 motor deg over the gear (46/14 + 1)^4, from the team's "
+    f"speed {CRUISE:.2f} deg/s: cruise, 18,000 steps/s of 3.3 motor deg over the gear (46/14 + 1)^4, from the team's "
     "move tables",
     "ranges end 3 deg before the hard stops: settings of the instrument's team",
 )
@@ -105,7 +105,7 @@ def read_desi(path: str | os.PathLike) -> FocalPlane:
         folded=folded,
         lower=lower,
         upper=upper,
-        max_speed=np.full((len(base), 2), np.radians(SPEED)),
+        max_speed=np.full((len(base), 2), np.radians(CRUISE)),
         bodies=moving_outlines(settings, table, first, second),
         obstacles=fixed_outlines(settings, sorted(set(petals.tolist()))),
         zero=offset + np.stack([turn, np.zeros(len(turn))], axis=1),

@@ -20,7 +20,7 @@ from fiberplan.instruments.definition_model import Definition, Positioner
 from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.table_reader import InputTable, read_table
 
-SPEED = 30.0  #: where a table gives none [deg/s]
+USUAL_SPEED = 30.0  #: where a table gives none [deg/s]
 _JOINT_VALUES = ("lower", "upper", "folded", "zero", "speed")
 _NAMES = {"base_x": "x", "base_y": "y"} | {
     f"{joint}_{value}": f"{value}_{joint}" for joint in ("alpha", "beta") for value in _JOINT_VALUES
@@ -64,8 +64,8 @@ def read_robots(path: Path) -> FocalPlane:
         said = joints[joint] = {}
         table.require(f"lower_{joint}", f"upper_{joint}")
         if f"speed_{joint}" not in table:
-            said["speed"] = SPEED
-            assumptions.append(f"speed of {joint} {SPEED:g} deg/s: the table of robots gives none")
+            said["speed"] = USUAL_SPEED
+            assumptions.append(f"speed of {joint} {USUAL_SPEED:g} deg/s: the table of robots gives none")
     table, parked = _parked(table)
     assumptions += parked
     definition = Definition.model_validate(
