@@ -30,6 +30,7 @@ from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
 from fiberplan.registry import io_function
 
 TURN = 2 * np.pi
+_BESIDE = 0.1  # obstacles this much farther off are neighbours too: a proof tells their clearance [mm]
 _PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
 _UNITS = {"base": "mm", "length": "mm", "max_speed": "rad/s", "online": ""}  # of the others rad
 
@@ -327,7 +328,7 @@ class FocalPlane(Frozen):
         kept = np.ones(len(near), bool)  # a long edge that runs askew has a box that is far larger than itself
         for k, obstacle in enumerate(self.obstacles):
             i = near[first[k] : first[k + 1], 0]
-            kept[first[k] : first[k + 1]] = obstacle.distance(self.base[i]) <= self.reach[i] + gap + 1e-9
+            kept[first[k] : first[k + 1]] = obstacle.distance(self.base[i]) <= self.reach[i] + gap + _BESIDE
         return read_only(near[kept], np.int64)
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:

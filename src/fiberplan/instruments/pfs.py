@@ -5,13 +5,15 @@
 - ``*.xml`` (``ARM_DATA_CONTAINER``): the geometry of each cobra as it was measured, in mm.
 
 Commanded angles are the motors': theta from its counter-clockwise hard stop, phi from its own, where the arm is folded.
-Where a file gives no links, ranges, sizes or speeds they are nominal and assumptions; see `NOMINAL`.
+Where a file gives no links, ranges, sizes or speeds they are nominal and assumptions; see `nominal`.
 """
 
 import os
 import tomllib
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -23,14 +25,18 @@ from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.contents import read_whole
 from fiberplan.tables.table_reader import InputTable, read_table, read_text
 
-NOMINAL = tomllib.loads((Path(__file__).parent / "pfs_constants.toml").read_text(encoding="utf-8"))
-"""What the files leave out, with sources and assumptions."""
 MAP, FIDUCIALS, DOTS = "grandfibermap.txt", "fiducials.txt", "black_dots*.csv"
 _LINKS = ("Link1_Link_Length", "Link2_Link_Length")
 _RANGES = ("CCW_Global_base_ori_z", "CW_Global_base_ori_z", "Joint2_CCW_limit_angle", "Joint2_CW_limit_angle")
 _BASE = ("Global_base_pos_x", "Global_base_pos_y")
 _LENGTHS = (1.0, 5.0)  # links of cobras are nominally 2.375 mm; files of the laboratory are in pixels of a camera
 _STATUS = {2: "invisible", 4: "its theta is broken", 8: "its phi is broken"}
+
+
+@cache
+def nominal() -> dict[str, Any]:
+    """What the files leave out, with sources and assumptions."""
+    return tomllib.loads((Path(__file__).parent / "pfs_constants.toml").read_text(encoding="utf-8"))
 
 
 def _map_of(path: Path) -> Path | None:
@@ -55,24 +61,24 @@ def read_pfs(path: str | os.PathLike) -> FocalPlane:
             raise cobras.fail(int(b), f"cobra {numbers[b]} was already given in {cobras.rows[a]}")
     base = np.stack([cobras.numbers(axis, "mm") for axis in "xy"], axis=1)[order]
     n = len(base)
-    theta, phi = NOMINAL["theta"], NOMINAL["phi"]
+    theta, phi = nominal()["theta"], nominal()["phi"]
     fixed, notes = _fiducials(file.parent)
     dots, more = _black_dots(file.parent)
     return FocalPlane(
         ids=tuple(numbers[k] for k in order),
         base=base,
-        length=np.full(n, NOMINAL["link"]),
-        fiber_offsets={"fiber": np.array([NOMINAL["link"], 0.0])},
+        length=np.full(n, nominal()["link"]),
+        fiber_offsets={"fiber": np.array([nominal()["link"], 0.0])},
         folded=np.zeros((n, 2)),
         lower=np.zeros((n, 2)),
         upper=np.tile(np.radians([theta, phi]), (n, 1)),
-        max_speed=np.tile(np.radians(NOMINAL["speed"]), (n, 1)),
-        bodies=_bodies(np.full(n, NOMINAL["link"])),
+        max_speed=np.tile(np.radians(nominal()["speed"]), (n, 1)),
+        bodies=_bodies(np.full(n, nominal()["link"])),
         obstacles=fixed,
         zero=np.tile([0.0, -np.pi], (n, 1)),
         name="pfs",
-        notes=(f"from {file.name}: nominal centres of {n} cobras", *NOMINAL["sources"], *notes, *more),
-        assumptions=(*NOMINAL["assumptions"], *NOMINAL["assumed"], *notes, *more),
+        notes=(f"from {file.name}: nominal centres of {n} cobras", *nominal()["sources"], *notes, *more),
+        assumptions=(*nominal()["assumptions"], *nominal()["assumed"], *notes, *more),
         forbidden=dots,
     )
 
@@ -138,21 +144,21 @@ def read_pfs_geometry(path: str | os.PathLike) -> FocalPlane:
         folded=np.zeros((n, 2)),
         lower=np.zeros((n, 2)),
         upper=np.stack([turn, phi], axis=1),
-        max_speed=np.tile(np.radians(NOMINAL["speed"]), (n, 1)),
+        max_speed=np.tile(np.radians(nominal()["speed"]), (n, 1)),
         bodies=_bodies(second),
         zero=np.stack([begin, phi_low - np.pi], axis=1),
         online=works,
         name=f"pfs-{path.stem}",
-        notes=(f"from {path.name}: places, links and hard stops of {n} cobras", *NOMINAL["sources"], *notes),
+        notes=(f"from {path.name}: places, links and hard stops of {n} cobras", *nominal()["sources"], *notes),
         obstacles=fixed,
         forbidden=dots,
-        assumptions=(*NOMINAL["assumptions"], *lacks),
+        assumptions=(*nominal()["assumptions"], *lacks),
     )
 
 
 def _beside(folder: Path, count: int) -> tuple[tuple[Obstacle, ...], np.ndarray, tuple[str, ...]]:
     """Fiducials and black dots beside a file of `count` cobras, if it is of the whole instrument; and what lacks."""
-    if count != NOMINAL["cobras"]:
+    if count != nominal()["cobras"]:
         return (), np.empty((0, 3)), (f"no fiducials and no black dots: a file of {count} cobras is a part of PFS",)
     (fixed, notes), (dots, more) = _fiducials(folder), _black_dots(folder)
     return fixed, dots, (*notes, *more)
@@ -162,7 +168,7 @@ def _bodies(link: np.ndarray) -> tuple[Body, ...]:
     """A capsule from elbow to fiber, for each cobra's second link (n,) [mm]."""
     ends = np.zeros((len(link), 2, 2))
     ends[:, 1, 0] = link
-    return (Body(ends[0] if np.all(link == link[0]) else ends, NOMINAL["radius"]),)
+    return (Body(ends[0] if np.all(link == link[0]) else ends, nominal()["radius"]),)
 
 
 def _columns(file: Path, number: str, names: tuple[str, ...]) -> InputTable:
@@ -195,7 +201,7 @@ def _fiducials(folder: Path) -> tuple[tuple[Obstacle, ...], tuple[str, ...]]:
         return (), (f"no fiducials: the folder has no {FIDUCIALS}",)
     table = _columns(folder / FIDUCIALS, "fid", ("x", "y"))
     places = np.stack([table.numbers(axis, "mm") for axis in "xy"], axis=1)
-    radius = NOMINAL["fiducial_radius"]
+    radius = nominal()["fiducial_radius"]
     return tuple(
         Obstacle(f"fiducial {k}", place[None], radius) for k, place in zip(table.texts("fid"), places, strict=True)
     ), ()
