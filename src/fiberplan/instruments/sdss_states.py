@@ -38,8 +38,8 @@ def standing(path: Path, content: bytes) -> Standing:
     known = (table.numbers("valid")[rows] != 0) & (angles > _ABSENT).all(axis=1)
     disabled = np.zeros(len(holes), bool)
     if "disabled" in table:
-        for row in np.flatnonzero(table.flags("disabled", blank=False)):
-            disabled |= np.array([hole == holes[row] for hole in holes])
+        stopped = {holes[row] for row in np.flatnonzero(table.flags("disabled", blank=False)).tolist()}
+        disabled = np.array([hole in stopped for hole in holes], bool)
     return Standing(
         tuple(chosen),
         tuple(table.rows[row] for row in rows),
