@@ -40,8 +40,7 @@ def plan(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Where to start: a plan's end, a table, an exported motion, or an instrument's own record. Folded if "
-            "not given.",
+            help="Where to start: a plan's end, a motion, a table, a record.",
         ),
     ] = None,
     start_time: StartTime = None,
@@ -71,7 +70,7 @@ def plan(
         "raise"
     ),
     priority_order: Annotated[
-        Order, typer.Option(help="Which priorities matter more in the table: larger ones, or smaller (1 is first).")
+        Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
     ] = "larger",
     park_idle: Annotated[
         bool, typer.Option("--park-idle", help="Fold whoever has no target, where that costs none.")

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from fiberplan.errors import FiberplanError, ProblemError
-from fiberplan.tables.table_reader import nearest, read_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,17 +15,15 @@ if TYPE_CHECKING:
     from fiberplan.problem import Problem, State
 
 StartTime = Annotated[
-    float | None, typer.Option(metavar="S", help="Start at this moment of the motion in --start (s).", min=0.0)
+    float | None, typer.Option(metavar="S", help="Start at this moment of --start's motion (s).", min=0.0)
 ]
 Offline = Annotated[
     list[str] | None,
-    typer.Option(metavar="ID,ID|FILE", help="Robots that cannot move: ids, or a file with one a line. Repeatable."),
+    typer.Option(metavar="ID,ID|FILE", help="Robots that cannot move. Repeatable."),
 ]
 Margin = Annotated[
     float | None,
-    typer.Option(
-        metavar="MM", help="Clearance to keep at all times (mm); what the instrument recommends if not given.", min=0.0
-    ),
+    typer.Option(metavar="MM", help="Clearance to keep at all times (mm); if not given, as recommended.", min=0.0),
 ]
 Jitter = Annotated[float, typer.Option(metavar="S", help="Each clock may be off by this (s).", min=0.0)]
 PositionError = Annotated[float, typer.Option(metavar="MM", help="Each arm may be off by this (mm).", min=0.0)]
@@ -56,6 +53,8 @@ def switched_off(plane: "FocalPlane", given: Sequence[str]) -> tuple["FocalPlane
 
 def _names(plane: "FocalPlane", text: str) -> list[str]:
     """What one --offline names: robots, or the robots that a file lists."""
+    from fiberplan.tables.table_reader import nearest, read_text
+
     names = [name.strip() for name in text.split(",") if name.strip()]
     path = Path(text)
     unknown = [name for name in names if name not in plane.names]
