@@ -155,7 +155,7 @@ def test_touching_goals_are_refused_or_dropped(folder, scene, capsys):
     line = refused(folder, capsys, "plan", "plane.fits", "touching.ecsv", "-o", "plan.fits")
     assert one in line
     assert other in line
-    assert "overlap by" in line
+    assert "overlap (clearance" in line
     assert run(["plan", "plane.fits", "touching.ecsv", "--conflicts", "drop", "-o", "plan.fits"]) == 1
     out, _ = capsys.readouterr()
     assert out.startswith("18 of 19 arrived")

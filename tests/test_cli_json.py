@@ -15,14 +15,17 @@ from fiberplan.cli.report import cautions, lost_targets
 
 PLAN = {
     "summary", "instrument", "planner", "seed", "makespan", "lower_bound", "interrupted", "outcomes", "losses",
-    "certificate", "faults", "notes",
+    "certificate", "faults", "notes", "unknown",
 }  # fmt: skip
 CERTIFICATE = {
     "ok", "summary", "margin", "jitter", "position_error", "pairs", "smallest_clearance", "contacts", "undecided",
-    "resting", "zones", "violations",
+    "resting", "zones", "violations", "opening", "assumptions",
 }  # fmt: skip
 LOSS = {"positioner", "id", "outcome", "cause", "priority", "blockers", "names", "distance"}
-DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"}
+DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"} | {
+    "assumptions",
+    "unknown",
+}
 ROW = {"name", "reference", "about"}
 SETTING = {"key", "type", "choices", "optional", "unit", "default", "help"}
 
@@ -59,7 +62,7 @@ def test_plan(folder, capsys):
 
 def test_verify(folder, capsys):
     said = told(capsys, "verify", "plan.fits")
-    assert set(said) == {"ok", "certificate", "faults", "notes"}
+    assert set(said) == {"ok", "certificate", "faults", "notes", "unknown"}
     assert set(said["certificate"]) == CERTIFICATE
     said = told(capsys, "verify", "plan.fits", "--margin", "30", code=1)
     assert said["ok"] is False

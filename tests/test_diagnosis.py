@@ -181,7 +181,7 @@ def test_command_names_losses_and_exits_1(plan, tmp_path, capsys):
     assert out[1].endswith(" mm from its target; in the way: obstacle F1")
     assert out[2].endswith("; in the way: R+1C2, obstacle F1")
     assert "priority 5.5" in out[2]
-    assert out[4].startswith("offline R0C2: offline, cannot move; ")
+    assert out[4].startswith("lost R0C2: offline, cannot move; ")
     assert out[5] == "lost R0C3: dropped, out of reach: too far; priority 1"
     assert "slowest joints: R+1C1 needs 1.000 s, and stops at 5.000 s" in out
     assert (

@@ -18,7 +18,7 @@ from fiberplan.cli.app import run
 from fiberplan.errors import FiberplanError, InstrumentError, PlanError, ProblemError, TargetError
 from fiberplan.focal_plane import Body, FocalPlane, Obstacle
 from fiberplan.io.sealed_tables import DIGEST, FOCAL_PLANE, PLAN, digest
-from fiberplan.io.states import read_configuration
+from fiberplan.io.states import read_state
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import PLANNERS
@@ -85,7 +85,7 @@ def test_a_plan_that_is_replaced_while_it_is_read_is_one_or_the_other(path, smal
 def test_pipes_are_read_and_devices_are_not(tmp_path, path, small_plane):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    for read in (Plan.read, lambda pipe: read_configuration(pipe, small_plane), FocalPlane.load):
+    for read in (Plan.read, lambda pipe: read_state(pipe, small_plane), FocalPlane.load):
         if read is FocalPlane.load:
             pipe = pipe.rename(tmp_path / "pipe.fits")
         writer = threading.Thread(target=pipe.write_bytes, args=(path.read_bytes(),))
@@ -95,7 +95,7 @@ def test_pipes_are_read_and_devices_are_not(tmp_path, path, small_plane):
     for read, error in (
         (Plan.read, PlanError),
         (Targets.read, TargetError),
-        (lambda path: read_configuration(path, small_plane), ProblemError),
+        (lambda path: read_state(path, small_plane), ProblemError),
         (lambda path: read_table(path, FiberplanError), FiberplanError),
     ):
         assert complaint(error, lambda read=read: read("/dev/zero")) == "/dev/zero: is a device, expected a file"

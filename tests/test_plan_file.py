@@ -10,7 +10,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.io.plan_file import plan_bytes, read_certificate
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
-from fiberplan.problem import Problem
+from fiberplan.planners import Direct
+from fiberplan.problem import Problem, State
 
 
 @pytest.fixture
@@ -195,3 +196,26 @@ def test_parameters_that_json_cannot_hold_are_a_bug_not_a_loss(tmp_path, small_p
     with pytest.raises(TypeError, match="cannot be stored"):
         small_plan.write(tmp_path / "plan.fits")
     assert not list(tmp_path.iterdir())
+
+
+def test_how_the_start_is_known_round_trips(tmp_path, small_plane):
+    angles = small_plane.folded.copy()
+    angles[3], angles[4] = np.radians([0.0, 29.9]), np.radians([180.0, 29.9])
+    unknown = np.arange(7) == 5
+    state = State(angles, ~unknown, 0.01 * np.arange(7), unknown, "seen.csv", ("one was not seen",))
+    problem = Problem(small_plane, state, np.full((7, 2), np.nan), 0.8, near_start="open")
+    plan = Direct().plan(problem)
+    assert plan.certificate.opening
+    plan.write(tmp_path / "plan.fits")
+    again = Plan.read(tmp_path / "plan.fits")
+    for name in ("angles", "online", "position_error", "unknown", "source", "notes"):
+        np.testing.assert_array_equal(getattr(again.problem.state, name), getattr(state, name))
+    np.testing.assert_array_equal(again.problem.position_error, problem.position_error)
+    assert (again.problem.near_start, again.problem.assumptions) == ("open", problem.assumptions)
+    assert again.certificate.assumptions == plan.certificate.assumptions != ()
+    assert again.certificate.opening == plan.certificate.opening
+    stored = read_certificate(tmp_path / "plan.fits")
+    assert stored.opening == plan.certificate.opening
+    assert stored.assumptions == plan.certificate.assumptions
+    assert plan_bytes(again) == plan_bytes(plan)
+    assert again.end.unknown.tolist() == unknown.tolist()

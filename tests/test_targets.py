@@ -10,7 +10,7 @@ from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import TOLERANCE
-from fiberplan.io.states import read_configuration
+from fiberplan.io.states import read_state
 from fiberplan.problem import Problem, Targets
 
 angle = st.floats(-np.pi, np.pi)
@@ -198,10 +198,10 @@ def test_start_from_a_table_and_from_a_plan(tmp_path, small_plane, small_plan):
     path = tmp_path / "start.csv"
     rows = [f"{id_},{10 * k},170" for k, id_ in enumerate(small_plane.ids)]
     path.write_text("\n".join(["positioner,alpha,beta", *rows[::-1]]))
-    start = read_configuration(path, small_plane)
+    start = read_state(path, small_plane).angles
     np.testing.assert_allclose(np.degrees(start), [[10 * k, 170] for k in range(7)])
     small_plan.write(tmp_path / "plan.fits")
-    np.testing.assert_array_equal(read_configuration(tmp_path / "plan.fits", small_plane), small_plan.trajectory.end)
+    np.testing.assert_array_equal(read_state(tmp_path / "plan.fits", small_plane).angles, small_plan.trajectory.end)
 
 
 def test_observed_design(calibration, conf_summary):

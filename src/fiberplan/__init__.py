@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from fiberplan.focal_plane import Body, FocalPlane, FourBar, Obstacle
     from fiberplan.motion import Trajectory
     from fiberplan.plan import Diagnosis, Outcome, Plan, PositionerPlan, diagnose
-    from fiberplan.planners import amend
-    from fiberplan.problem import Dropped, Problem, Targets
+    from fiberplan.planners import amend, separate
+    from fiberplan.problem import Dropped, Problem, State, Targets
     from fiberplan.visuals import show
 
 __version__ = "0.1.0"
@@ -48,6 +48,7 @@ _HOME = {
     "PositionerPlan": "plan",
     "Problem": "problem",
     "ProblemError": "errors",
+    "State": "problem",
     "TargetError": "errors",
     "Targets": "problem",
     "Trajectory": "motion",
@@ -56,6 +57,7 @@ _HOME = {
     "amend": "planners",
     "diagnose": "plan",
     "proven_unreachable": "certificates",
+    "separate": "planners",
     "show": "visuals",
     "verify": "certificates",
 }
@@ -77,6 +79,7 @@ __all__ = [
     "PositionerPlan",
     "Problem",
     "ProblemError",
+    "State",
     "TargetError",
     "Targets",
     "Trajectory",
@@ -90,6 +93,7 @@ __all__ = [
     "planners",
     "proven_unreachable",
     "scenes",
+    "separate",
     "shaping",
     "show",
     "verify",

@@ -10,11 +10,13 @@ from typing import Annotated, NoReturn
 import typer
 
 from fiberplan import __version__
+from fiberplan.cli.amend import amend
 from fiberplan.cli.demo import demo
 from fiberplan.cli.diagnose import diagnose
 from fiberplan.cli.examples import examples_of
 from fiberplan.cli.export import export
 from fiberplan.cli.instruments import instruments
+from fiberplan.cli.night import fold, separate, unwind
 from fiberplan.cli.output import complain, say
 from fiberplan.cli.plan import plan
 from fiberplan.cli.planners import planners
@@ -38,8 +40,11 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-for command in (demo, plan, verify, diagnose, show, export, instruments, planners, reproduce, warmup):
-    app.command(epilog=examples_of(command.__name__))(command)
+NUMBERS = {"ignore_unknown_options": True}  # a negative number is one, and no option
+commands = (demo, plan, verify, diagnose, show, export, amend, separate, fold, unwind)
+for command in (*commands, instruments, planners, reproduce, warmup):
+    settings = NUMBERS if command is amend else None
+    app.command(epilog=examples_of(command.__name__), context_settings=settings)(command)
 
 
 def _print_version(wanted: bool) -> None:

@@ -10,6 +10,7 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
+from fiberplan.cli.report import assumptions, openings, priorities, unknown_facts
 
 if TYPE_CHECKING:
     from fiberplan.plan import Plan
@@ -31,25 +32,30 @@ def diagnose(
         read = Plan.read(plan)
         diagnosis, faults = find_causes(read), read.faults()
     if json:
-        say_json(dataclasses.asdict(diagnosis) | {"faults": faults})
+        say_json(
+            dataclasses.asdict(diagnosis)
+            | {"faults": faults, "assumptions": read.certificate.assumptions, "unknown": unknown_facts(read)}
+        )
     else:
         say(str(read), style="bold")
-        for line in (*map(_loss, diagnosis.losses), *faults):
+        for line in (*(_loss(read, loss) for loss in diagnosis.losses), *faults):
             say(line, style="yellow")
+        for line in (*openings(read.problem.plane, read.certificate), *assumptions(read, read.certificate)):
+            say(line)
         for line in _time(diagnosis, read):
             say(line)
     raise typer.Exit(1 if faults or len(read.lost) else 0)
 
 
-def _loss(loss: "Loss") -> str:
+def _loss(plan: "Plan", loss: "Loss") -> str:
     """Outcome, cause, priority, distance and blockers of one loss."""
-    facts = [f"priority {loss.priority:g}"]
+    facts = [priorities(plan, loss) or f"priority {loss.priority:g}"]
     if not math.isnan(loss.distance):
         facts.append(f"{loss.distance:.3f} mm from its target")
     if loss.names:
         facts.append(f"in the way: {', '.join(loss.names)}")
     outcome = loss.outcome.name.lower()
-    return f"{'offline' if outcome == 'offline' else 'lost'} {loss.id}: {outcome}, {loss.cause}; {'; '.join(facts)}"
+    return f"lost {loss.id}: {outcome}, {loss.cause}; {'; '.join(facts)}"
 
 
 def _time(diagnosis: "Diagnosis", plan: "Plan") -> Iterator[str]:

@@ -8,12 +8,14 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "plan": (
         ("fiberplan plan sdss field.ecsv --margin 0.8 -o plan.fits", "from folded"),
         ("fiberplan plan sdss next.ecsv --start plan.fits -o next.fits", "from the end of a plan"),
+        ("fiberplan plan sdss next.ecsv --start seen.csv --offline R0C1,R0C2", "from what was seen"),
         ("fiberplan plan sdss field.ecsv --conflicts drop --page plan.html", "as far as goals allow"),
         ("fiberplan plan sdss field.ecsv --planner greedy-fold --set step=1", "another planner"),
     ),
     "verify": (
         ("fiberplan verify plan.fits", "at the margin of the plan"),
         ("fiberplan verify plan.fits --margin 0.5 --jitter 0.1", "clocks may be off by 0.1 s"),
+        ("fiberplan verify plan.fits --instrument sdss", "on another description of the array"),
     ),
     "diagnose": (
         ("fiberplan diagnose plan.fits", "why who did not arrive, and what took the time"),
@@ -24,6 +26,14 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan export plan.fits --to ecsv -o knots.ecsv", "angles over time"),
         ("fiberplan export plan.fits --to motions -o moves.ecsv", "a list of moves"),
     ),
+    "amend": (
+        ("fiberplan amend plan.fits R0C1 -12.5 3.25 -o new.fits", "another target, in mm"),
+        ("fiberplan amend plan.fits R0C1 --angles 90 120 -o new.fits", "the same in degrees"),
+        ("fiberplan amend plan.fits --goals goals.ecsv -o new.fits", "several"),
+    ),
+    "separate": (("fiberplan separate sdss --start seen.csv -o apart.fits", "part arms that touch"),),
+    "fold": (("fiberplan fold sdss --start plan.fits -o home.fits", "from the end of a plan"),),
+    "unwind": (("fiberplan unwind sdss --start motion.ecsv --start-time 3.5 -o home.fits", "from half a motion"),),
     "instruments": (
         ("fiberplan instruments", "what is built in"),
         ("fiberplan instruments sdss", "its numbers and where they come from"),

@@ -4,6 +4,7 @@ On a terminal long work shows a bar; in a pipe nothing but the answer is printed
 (``fiberplan verify plan.fits | head -1``) changes neither what is written nor the exit code.
 """
 
+import io
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -49,7 +50,9 @@ def page_output(path: Path | None) -> Output:
 
 
 def say(what: RenderableType, style: str | None = None) -> None:
-    """Print an answer: text as it stands, one line a line, or a table."""
+    """Print an answer: text as it stands, one line a line, or a table; letters that stdout has not are escaped."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")
     console = _Patient(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else WIDE)
     console.print(what, style=style if console.is_terminal else None, soft_wrap=isinstance(what, str))
 

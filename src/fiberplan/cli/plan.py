@@ -1,5 +1,7 @@
 """``fiberplan plan``: from a focal plane and a table of targets to a proven plan."""
 
+import dataclasses
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,9 +11,21 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names, planner_names, setting_keys
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import cautions, findings, lost_targets, plan_facts
+from fiberplan.cli.report import assumptions, cautions, findings, lost_targets, openings, plan_facts
+from fiberplan.cli.start import (
+    Jitter,
+    Margin,
+    Offline,
+    PositionError,
+    StartTime,
+    begun,
+    refuse_overlaps,
+    room,
+    switched_off,
+)
 
 Conflicts = Literal["raise", "drop"]
+Order = Literal["larger", "smaller"]
 
 
 def plan(
@@ -23,8 +37,14 @@ def plan(
     ],
     targets: Annotated[Path, typer.Argument(metavar="TARGETS", help="A table: positioner, x, y (mm unless it says).")],
     start: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where to start: a table, or a plan's end. Folded if not given.")
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Where to start: a plan's end, a motion, a table, a record.",
+        ),
     ] = None,
+    start_time: StartTime = None,
+    offline: Offline = None,
     planner: Annotated[
         str,
         typer.Option(
@@ -43,10 +63,18 @@ def plan(
     settings: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Settings of the planner in TOML; --set goes before.")
     ] = None,
-    margin: Annotated[float, typer.Option(metavar="MM", help="Clearance to keep at all times (mm).", min=0.0)] = 0.0,
+    margin: Margin = None,
+    jitter: Jitter = 0.0,
+    position_error: PositionError = 0.0,
     conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that touch or are out of reach, or drop them.")] = (
         "raise"
     ),
+    priority_order: Annotated[
+        Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
+    ] = "larger",
+    park_idle: Annotated[
+        bool, typer.Option("--park-idle", help="Fold whoever has no target, where that costs none.")
+    ] = False,
     seed: SeedOption = 0,
     deadline: Annotated[
         float | None,
@@ -64,14 +92,25 @@ def plan(
     with working("planning") as tell:
         from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
-        from fiberplan.io.states import read_configuration
+        from fiberplan.planners.parking import plan_with_parking
         from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, assignments or (), settings)
-        plane = FocalPlane.load(instrument)
-        begin = None if start is None else read_configuration(start, plane)
-        problem = Problem.from_targets(plane, Targets.read(targets), start=begin, margin=margin, conflicts=conflicts)
-        planned = planned_by(chosen, problem, deadline, tell)
+        plane, off = switched_off(FocalPlane.load(instrument), offline or ())
+        leave = room(plane, margin, jitter, position_error)
+        field = Targets.read(targets, priority_order)
+        problem = Problem.from_targets(
+            plane,
+            dataclasses.replace(field, notes=(*off, *leave.notes, *field.notes)),
+            start=begun(plane, start, start_time),
+            margin=leave.margin,
+            conflicts=conflicts,
+            position_error=leave.error,
+        )
+        refuse_overlaps(problem)
+
+        planning = partial(planned_by, chosen, deadline=deadline, tell=tell)
+        planned = plan_with_parking(planning, problem) if park_idle else planning(problem)
         faults = planned.faults()
     with working("writing"):
         if output is not None:
@@ -88,8 +127,10 @@ def plan(
     say(str(planned), style="bold")
     for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
         say(line, style="yellow")
-    for note in dict.fromkeys((*cautions(plane, margin), *problem.notes, *planned.notes)):
+    for note in dict.fromkeys((*cautions(plane, leave.margin), *problem.notes, *planned.notes)):
         say(f"note: {note}")
+    for line in (*openings(plane, planned.certificate), *assumptions(planned, planned.certificate)):
+        say(line)
     if not faults:
         say(str(planned.certificate), style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")

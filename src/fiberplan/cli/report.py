@@ -1,5 +1,6 @@
 """Plans and certificates as lines of text, and as facts for programs."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from fiberplan.certificates import Certificate, Contact
     from fiberplan.focal_plane import FocalPlane
     from fiberplan.plan import Plan
+    from fiberplan.plan.diagnosis import Loss
 
 LISTED = 10  # lost targets that have a line of their own
 
@@ -31,12 +33,58 @@ def lost_targets(plan: "Plan", file: "Path | None" = None) -> Iterator[str]:
         for kind, count in kinds.most_common():
             yield f"{count} of {len(lost)} lost: {kind}"
     for loss in lost[:LISTED]:
-        yield f"lost {loss}"
+        why = priorities(plan, loss)
+        yield f"lost {loss}" + (f"; {why}" if why else "")
     if len(lost) > LISTED:
         tells = (
             "--json lists them all" if file is None else f"`fiberplan diagnose {file}` lists them all, as does --json"
         )
         yield f"and {len(lost) - LISTED} more, of no higher priority: {tells}"
+
+
+def priorities(plan: "Plan", loss: "Loss") -> str:
+    """Which priority gave way to which, if that is why a target was lost; "" if not."""
+    problem = plan.problem
+    assert problem.priority is not None  # set on construction
+    kept = [float(problem.priority[b]) for b in loss.blockers if b >= 0 and problem.has_goal[b]]
+    if not kept or not max(kept) > loss.priority:
+        return ""
+    return f"priority {loss.priority:g} gives way to {max(kept):g}: larger matters more"
+
+
+def openings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
+    """A line for each pair that begins nearer than the margin: how near, and when it has the margin."""
+    for pair in certificate.opening:
+        first, second = (plane.label(index) for index in pair.pair)
+        when = "never reaches it" if pair.time == math.inf else f"has it from {pair.time:.3f} s on"
+        what = f"begins at {pair.clearance:.4f} mm, below the margin of {certificate.margin:g} mm, only comes apart"
+        yield f"opening: {first} and {second}: {what} and {when}"
+
+
+def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
+    """What a proof rests on: sizes and omissions, then who is only taken to stand where it is."""
+    guesses = plan.problem.assumptions
+    for text in certificate.assumptions:
+        if text not in guesses:
+            yield f"assumed: {text}"
+    if guesses:
+        these = f"these {len(guesses)} stand where they are" if len(guesses) > 1 else "this one stands where it is"
+        yield f"{'safe' if certificate.ok else 'judged'} if {these} taken to stand:"
+        yield from (f"  {text}" for text in guesses)
+
+
+def unknown_facts(plan: "Plan") -> list[dict[str, Any]]:
+    """Who is only taken to stand where it is, and where that is [deg]."""
+    plane, end = plan.problem.plane, plan.end
+    return [
+        {
+            "positioner": plane.ids[i],
+            "alpha": math.degrees(plan.problem.start[i, 0]),
+            "beta": math.degrees(plan.problem.start[i, 1]),
+        }
+        for i in range(plane.n)
+        if end.unknown[i]
+    ]
 
 
 def cautions(plane: "FocalPlane", margin: float) -> Iterator[str]:
@@ -93,6 +141,11 @@ def certificate_facts(plane: "FocalPlane", certificate: "Certificate") -> dict[s
             for zone in certificate.zones
         ],
         "violations": certificate.violations,
+        "opening": [
+            {"pair": [plane.label(index) for index in pair.pair], "clearance": pair.clearance, "time": pair.time}
+            for pair in certificate.opening
+        ],
+        "assumptions": certificate.assumptions,
     }
 
 
@@ -113,6 +166,7 @@ def plan_facts(plan: "Plan", faults: list[str]) -> dict[str, Any]:
         "outcomes": {outcome.name: plan.outcomes.count(outcome) for outcome in Outcome},
         "losses": [asdict(loss) for loss in losses(plan)],
         "certificate": certificate_facts(plane, plan.certificate),
+        "unknown": unknown_facts(plan),
         "faults": faults,
         "notes": list(dict.fromkeys((*cautions(plane, plan.problem.margin), *plan.problem.notes, *plan.notes))),
     }

@@ -5,9 +5,10 @@ from typing import Annotated
 import typer
 
 from fiberplan.cli.answers import say_json
+from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
-from fiberplan.cli.report import cautions, certificate_facts, findings
+from fiberplan.cli.report import assumptions, cautions, certificate_facts, findings, openings, unknown_facts
 
 
 def verify(
@@ -19,6 +20,12 @@ def verify(
     position_error: Annotated[
         float, typer.Option(metavar="MM", help="Each arm may be off by this (mm).", min=0.0)
     ] = 0.0,
+    instrument: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|PATH", help="Prove it of this instrument, not of the plan's.", autocompletion=instrument_names
+        ),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Prove a plan safe, continuously in time, or say what touches and when; exit 0 if safe, 1 if not.
@@ -26,22 +33,42 @@ def verify(
     Also checked: that the motion begins at the stated start, and that whoever is said to arrive does.
     """
     with working("verifying"):
+        from dataclasses import replace
+
+        import numpy as np
+
         from fiberplan.certificates import verify as prove
         from fiberplan.plan import Plan
 
         read = Plan.read(plan)
-        plane, asked = read.problem.plane, read.problem.margin if margin is None else margin
-        certificate = prove(plane, read.trajectory, asked, jitter=jitter, position_error=position_error)
+        problem, motion, differences = read.problem, read.trajectory, []
+        plane, asked = problem.plane, problem.margin if margin is None else margin
+        if instrument is not None:
+            from fiberplan.focal_plane import FocalPlane
+            from fiberplan.focal_plane.differences import differences_of, on_the_other
+
+            plane = on_the_other(problem.plane, FocalPlane.load(instrument))
+            differences = list(differences_of(problem.plane, plane))
+        assert problem.position_error is not None  # set on construction
+        error = np.maximum(position_error, problem.position_error)
+        opening = problem.near_start == "open" or problem.needs_opening
+        certificate = prove(plane, motion, asked, jitter=jitter, position_error=error, opening=opening)
+        certificate = replace(certificate, assumptions=(*certificate.assumptions, *problem.assumptions))
         faults = [fault for fault in read.faults() if fault != str(read.certificate)]
 
     safe = certificate.ok and not faults
-    notes = list(cautions(plane, asked))
+    notes = [*cautions(plane, asked), *(f"the plan's own geometry differs: {text}" for text in differences)]
     if json:
-        say_json({"ok": safe, "certificate": certificate_facts(plane, certificate), "faults": faults, "notes": notes})
+        say_json(
+            {"ok": safe, "certificate": certificate_facts(plane, certificate), "faults": faults, "notes": notes}
+            | {"unknown": unknown_facts(read)}
+        )
         raise typer.Exit(0 if safe else 1)
     for line in (*findings(plane, certificate), *faults):
         say(line, style="yellow")
     for note in notes:
         say(f"note: {note}")
+    for line in (*openings(plane, certificate), *assumptions(read, certificate)):
+        say(line)
     say(str(certificate) if safe or not certificate.ok else "not as stated", style="green" if safe else "red")
     raise typer.Exit(0 if safe else 1)

@@ -5,7 +5,8 @@
   arrays in `grids`, tables beside it in `positioner_table` and `shape_tables`; `complaints` and `locate` say what is
   wrong and in which line
 - `formats`: where readers of files register; importing this package registers ours
-- `sdss`, `sdss_targets`: calibration folders of SDSS-V, and its record of a configuration
+- `sdss`, `sdss_targets`, `sdss_states`: calibration folders of SDSS-V, and its record of a configuration: what was
+  asked for, and where robots stand
 - `moons`, `moons_zones`, `moons_targets`: configuration files of the MOONS prototype, its zones and its fields
 - `desi`, `desi_outlines`: focal-plane files of DESI, and what can touch there
 - `pfs`: fiber map, fiducials, black dots and measured cobras of PFS

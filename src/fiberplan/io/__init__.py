@@ -8,7 +8,7 @@ Classes offer these functions as methods (`FocalPlane.load`, `Plan.write`, ...) 
 - `sealed_tables`: FITS tables with a version and a digest
 - `plan_file`, `plan_tables`: a plan as one FITS file (``docs/plan-format.md``), and which column holds what
 - `target_files`: readers and a writer of targets
-- `states`: readers of the joint angles of all positioners
+- `states`: readers of where everyone stands and who can move
 - `exports`: a plan's motion in the formats of other programs
 """
 
@@ -16,7 +16,7 @@ from fiberplan.io.exports import EXPORTS
 from fiberplan.io.focal_plane_tables import write_focal_plane
 from fiberplan.io.load import load_focal_plane
 from fiberplan.io.plan_file import read_plan, write_plan
-from fiberplan.io.states import read_configuration
+from fiberplan.io.states import read_state
 from fiberplan.io.target_files import columns_of, read_columns, table_of, write_targets
 
 __all__ = [
@@ -24,8 +24,8 @@ __all__ = [
     "columns_of",
     "load_focal_plane",
     "read_columns",
-    "read_configuration",
     "read_plan",
+    "read_state",
     "table_of",
     "write_focal_plane",
     "write_plan",

@@ -12,11 +12,12 @@ import numpy as np
 from astropy.io import fits
 
 from fiberplan.certificates import Certificate, Contact, ZoneEntry
+from fiberplan.certificates.opening import Opening
 from fiberplan.errors import PlanError
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
-from fiberplan.problem import Dropped, Problem
+from fiberplan.problem import Dropped, Problem, State
 from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
 
 _ANGLES = ("start", "goal", "requested")
@@ -71,6 +72,7 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         alternatives=alternatives,
         dropped=dropped,
         notes=tuple(said["problem"]["notes"]),
+        **_circumstances(table, said["problem"], angles("start")),
     )
     owner = numbers(knots, "positioner", int)
     for k in np.flatnonzero((owner < 0) | (owner >= plane.n) | (np.diff(owner, prepend=owner[:1]) < 0))[:1]:
@@ -93,6 +95,23 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         notes=tuple(said["notes"]),
         interrupted=bool(said.get("interrupted", False)),
     )
+
+
+def _circumstances(table: Any, said: Mapping[str, Any], start: np.ndarray) -> dict[str, Any]:
+    """What is known of the start, and what is done about it; files of earlier versions say nothing of it."""
+    if "near_start" not in said:
+        return {}
+    error, source = numbers(table, "position_error"), said["source"]
+    found = {
+        "position_error": error,
+        "near_start": said["near_start"],
+        "assumptions": tuple(said["assumptions"]),
+        "state": None,
+    }
+    if source is not None:
+        online, unknown = (numbers(table, name, bool) for name in ("start_online", "start_unknown"))
+        found["state"] = State(start, online, error, unknown, source, tuple(said["state_notes"]))
+    return found
 
 
 def _compare(positioners: Any, problem: Any) -> None:
@@ -120,7 +139,7 @@ def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
         return tuple(Contact((int(pair[k, 0]), int(pair[k, 1])), float(time[k]), float(clearance[k])) for k in rows)
 
     return Certificate(
-        **scalars,
+        **scalars | {"assumptions": tuple(scalars.get("assumptions", ()))},
         pairs=pair[kind == "pair"],
         clearance=clearance[kind == "pair"],
         obstacle_pairs=pair[kind == "obstacle"],
@@ -131,6 +150,10 @@ def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
         resting=contacts("resting"),
         zones=tuple(
             ZoneEntry(int(pair[k, 0]), float(time[k]), float(clearance[k])) for k in np.flatnonzero(kind == "zone")
+        ),
+        opening=tuple(
+            Opening((int(pair[k, 0]), int(pair[k, 1])), float(clearance[k]), float(time[k]))
+            for k in np.flatnonzero(kind == "opening")
         ),
     )
 
@@ -151,8 +174,17 @@ def _parameters(plan: Plan) -> dict[str, Any]:
             "conflicts": problem.conflicts,
             "notes": problem.notes,
             "alternatives": alternatives,
+            "near_start": problem.near_start,
+            "assumptions": problem.assumptions,
+            "source": None if problem.state is None else problem.state.source,
+            "state_notes": () if problem.state is None else problem.state.notes,
         },
-        "certificate": {"margin": proof.margin, "jitter": proof.jitter, "position_error": proof.position_error},
+        "certificate": {
+            "margin": proof.margin,
+            "jitter": proof.jitter,
+            "position_error": proof.position_error,
+            "assumptions": proof.assumptions,
+        },
     }
 
 
@@ -195,6 +227,9 @@ def _problem_table(plan: Plan) -> fits.BinTableHDU:
         "cause": [d.cause if d else "" for d in dropped],
         "dropped_for": [json.dumps(d.blockers if d else (), default=_plain) for d in dropped],
     }
+    columns["position_error"], units["position_error"] = np.asarray(problem.position_error), "mm"
+    if problem.state is not None:
+        columns |= {"start_online": problem.state.online, "start_unknown": problem.state.unknown}
     return table_hdu("PROBLEM", columns, units)
 
 
@@ -208,6 +243,10 @@ def _proof_table(proof: Certificate) -> fits.BinTableHDU:
         pairs.append(np.array([c.pair for c in contacts], np.int64).reshape(-1, 2))
         times.append(np.array([c.time for c in contacts], float))
         clearance.append(np.array([c.clearance for c in contacts], float))
+    kinds += ["opening"] * len(proof.opening)
+    pairs.append(np.array([o.pair for o in proof.opening], np.int64).reshape(-1, 2))
+    times.append(np.array([o.time for o in proof.opening], float))
+    clearance.append(np.array([o.clearance for o in proof.opening], float))
     kinds += ["zone"] * len(proof.zones)
     pairs.append(np.array([(zone.positioner, -1) for zone in proof.zones], np.int64).reshape(-1, 2))
     times.append(np.array([zone.time for zone in proof.zones], float))

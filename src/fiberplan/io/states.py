@@ -1,61 +1,196 @@
-"""Readers of configurations: the joint angles of all positioners, from a table or from the end of a plan.
+"""Readers of states: where everyone stands and who can move, from whatever says it.
 
-A table has columns ``positioner``, ``alpha`` and ``beta`` (degrees unless the columns say otherwise), one row per
-positioner. Angles are commanded ones.
+A plan, or its file; a table with a row for each positioner, or with a row for each knot of a motion, as ours are
+exported; a SDSS ``confSummary``; a DESI focal-plane file; a field of targets as instruments have them, whose robots
+have arrived. Whoever is not in it, or has no angles in it, is unknown: offline, and taken as folded. Angles are
+commanded ones.
 """
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.arrays import read_only
-from fiberplan.errors import ProblemError
+from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.instruments.desi import angles_of, focal_plane_file
+from fiberplan.instruments.formats import TARGET_FILES
+from fiberplan.instruments.sdss_states import standing
 from fiberplan.io.plan_file import is_plan, plan_from_bytes
-from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import nearest, read_table
+from fiberplan.plan import Plan
+from fiberplan.problem import State, Targets
+from fiberplan.tables.contents import plain_name, read_whole
+from fiberplan.tables.formats import content_format
+from fiberplan.tables.table_reader import InputTable, nearest, read_table
 
-_SHOWN = 4  # how many missing positioners an error message lists
+_SHOWN = 12  # how many positioners a note lists
 
 
-def read_configuration(path: str | os.PathLike, plane: FocalPlane) -> np.ndarray:
-    """Commanded angles (n, 2) [rad] of every positioner of `plane`; of a plan file, those at its end.
+class _Rows(NamedTuple):
+    """What a source says, a row a positioner."""
+
+    ids: Sequence[str]
+    where: Sequence[str]  #: "line 7", for messages
+    angles: np.ndarray  #: (k, 2) [rad]; NaN: not said
+    online: np.ndarray | None = None  #: (k,)
+    position_error: np.ndarray | None = None  #: (k,) [mm]
+    guessed: np.ndarray | None = None  #: (k,) whose angles are a guess
+    why: str = "offline"  #: what they are who cannot move
+
+
+def read_state(source: object, plane: FocalPlane, at: float | None = None) -> State:
+    """Where everyone on `plane` stands.
+
+    Args:
+        source: a `State`, a `Plan`, or the path of a file.
+        plane: whose positioners they are; its robots are named by ids or second names.
+        at: moment of a motion [s]; its end unless given.
 
     Raises:
         ProblemError: a file, column, unit or value that cannot be used, a positioner that `plane` does not have, one
-            given twice, or one that is missing; one line that names it.
+            given twice, or a moment of what is no motion; one line that names it.
         PlanError: a plan file that is damaged or of a newer format.
     """
-    path = Path(path)
+    if at is not None and not (np.isfinite(at) and at >= 0):
+        raise ProblemError(f"a state is read at a moment of 0 s or more, got {at:g} s")
+    if isinstance(source, State):
+        return source
+    if isinstance(source, Plan):
+        return _arranged(plane, "plan", _of_plan(source, at))
+    if not isinstance(source, str | os.PathLike):
+        raise ProblemError(f"a state is read from a plan or a file, got {type(source).__name__}")
+    path = Path(source)
+    return _arranged(plane, str(path), _of_file(path, plane, at))
+
+
+def _of_file(path: Path, plane: FocalPlane, at: float | None) -> _Rows:
+    if _is_desi(path):
+        _refuse_moment(path, at, "a focal-plane file")
+        try:
+            found = angles_of(path)
+        except InstrumentError as error:
+            raise ProblemError(str(error)) from None
+        return _Rows(found.ids, [f"LOCATION {id_}" for id_ in found.ids], found.angles)
     content = read_whole(path, ProblemError)
     if is_plan(content):
-        plan = plan_from_bytes(content, path)
-        known = plan.problem.plane.ids
-        where, angles = tuple(f"row {k + 1}" for k in range(len(known))), plan.trajectory.end
-    else:
-        table = read_table(path, ProblemError, content)
-        table.require("positioner", "alpha", "beta")
-        known, where = table.texts("positioner"), table.rows
-        angles = np.stack([table.numbers(name, "rad", "deg") for name in ("alpha", "beta")], axis=1)
-    return _arrange(plane, str(path), known, where, angles)
+        return _of_plan(plan_from_bytes(content, path), at)
+    if plain_name(path).suffix.lower() == ".par":
+        _refuse_moment(path, at, "a record")
+        record = standing(path, content)
+        return _Rows(record.ids, record.rows, record.angles, ~record.disabled, why="disabled, so offline,")
+    known = content_format(TARGET_FILES, path, content)
+    if known is not None:
+        _refuse_moment(path, at, "a field")
+        try:
+            return _of_field(Targets(**known.read(path, content)), plane)
+        except TargetError as error:
+            raise ProblemError(str(error)) from None
+    return _of_table(read_table(path, ProblemError, content), at)
 
 
-def _arrange(
-    plane: FocalPlane, source: str, known: tuple[str, ...], where: tuple[str, ...], angles: np.ndarray
-) -> np.ndarray:
-    """Rows of a file in the focal plane's order."""
-    out = np.full((plane.n, 2), np.nan)
-    rows: dict[str, str] = {}
-    for id_, row, pose in zip(known, where, angles, strict=True):
+def _is_desi(path: Path) -> bool:
+    try:
+        return focal_plane_file(path) is not None
+    except OSError:
+        return False
+
+
+def _refuse_moment(source: object, at: float | None, what: str) -> None:
+    if at is not None:
+        raise ProblemError(f"{source}: {what} is no motion: nothing is known of {at:g} s")
+
+
+def _of_plan(plan: Plan, at: float | None) -> _Rows:
+    state, ids = plan.end if at is None else plan.state_at(at), plan.problem.plane.ids
+    where = [f"row {k + 1}" for k in range(len(ids))]
+    return _Rows(ids, where, state.angles, state.online, state.position_error, state.unknown)
+
+
+def _of_field(targets: Targets, plane: FocalPlane) -> _Rows:
+    """Whoever has a target stands at it."""
+    who, solution = targets.indices(plane), targets.solve(plane)
+    return _Rows([plane.ids[i] for i in who], targets.rows, solution.goal[who])
+
+
+def _of_table(table: InputTable, at: float | None) -> _Rows:
+    table.require("positioner", "alpha", "beta")
+    ids = table.texts("positioner")
+    angles = np.stack([table.numbers(name, "rad", "deg", blank=np.nan) for name in ("alpha", "beta")], axis=1)
+    if "time" in table:
+        return _of_motion(table, ids, angles, at)
+    _refuse_moment(table.source, at, "a table without a column 'time'")
+    online = table.flags("online", blank=True) if "online" in table else None
+    error = None
+    if "position_error" in table:
+        error = table.numbers("position_error", "mm", blank=0.0)
+        for row in np.flatnonzero(error < 0):
+            raise table.fail(int(row), f"position_error is {error[row]:g}, expected 0 mm or more")
+    return _Rows(ids, table.rows, angles, online, error)
+
+
+def _of_motion(table: InputTable, ids: Sequence[str], angles: np.ndarray, at: float | None) -> _Rows:
+    """Each positioner at its last knot, or where it is at a moment; it rests before its first knot and after its last.
+
+    In the meta data of our own exports there is who was offline, and whose place was a guess.
+    """
+    times = table.numbers("time", "s")
+    rows: dict[str, list[int]] = {}
+    for row, id_ in enumerate(ids):
+        own = rows.setdefault(id_, [])
+        if own and not times[row] > times[own[-1]]:
+            before = f"{times[own[-1]]:g} s in {table.rows[own[-1]]}"
+            raise table.fail(row, f"time of positioner '{id_}' is {times[row]:g} s, not after the {before}")
+        if np.isnan(angles[row]).any():
+            raise table.fail(row, f"{'alpha' if np.isnan(angles[row, 0]) else 'beta'} of a motion is empty")
+        own.append(row)
+
+    def place(own: list[int]) -> np.ndarray:
+        if at is None:
+            return angles[own[-1]]
+        return np.array([np.interp(at, times[own], angles[own, joint]) for joint in (0, 1)])
+
+    said = {name: {str(id_) for id_ in table.meta.get(name) or ()} for name in ("offline", "unknown")}
+    return _Rows(
+        list(rows),
+        [table.rows[own[-1]] for own in rows.values()],
+        np.array([place(own) for own in rows.values()]),
+        online=np.array([id_ not in said["offline"] for id_ in rows]),
+        guessed=np.array([id_ in said["unknown"] for id_ in rows]),
+    )
+
+
+def _arranged(plane: FocalPlane, source: str, said: _Rows) -> State:
+    """Rows in the focal plane's order; whoever has no angles is unknown, offline and taken as folded."""
+    angles, online = np.full((plane.n, 2), np.nan), np.array(plane.online)
+    error, unknown = np.zeros(plane.n), np.zeros(plane.n, bool)
+    rows: dict[int, str] = {}
+    stopped = []
+    for k, (id_, row) in enumerate(zip(said.ids, said.where, strict=True)):
         if id_ not in plane.names:
             raise ProblemError(f"{source}: {row}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
-        if (first := rows.setdefault(id_, row)) != row:
+        i = plane.names[id_]
+        if (first := rows.setdefault(i, row)) != row:
             raise ProblemError(f"{source}: {row}: positioner '{id_}' was already given in {first}")
-        out[plane.names[id_]] = pose
-    missing = [i for i in range(plane.n) if np.isnan(out[i, 0])]
-    if missing:
-        listed = ", ".join(f"'{plane.ids[i]}'" for i in missing[:_SHOWN])
-        more = f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else ""
-        raise ProblemError(f"{source}: no angles for positioner {listed}{more}", tuple(missing))
-    return read_only(out)
+        angles[i] = said.angles[k]
+        error[i] = 0.0 if said.position_error is None else said.position_error[k]
+        unknown[i] = said.guessed is not None and bool(said.guessed[k])
+        if said.online is not None and not said.online[k]:
+            stopped += [i] if plane.online[i] else []
+            online[i] = False
+    lacking = np.isnan(angles).any(axis=1)
+    angles[lacking] = plane.folded[lacking]
+    online &= ~lacking
+    notes = []
+    if lacking.any():
+        who = np.flatnonzero(lacking).tolist()
+        notes.append(f"no angles in {source} for {_listed(plane, who)}: taken as offline and folded")
+    if others := [i for i in stopped if not lacking[i]]:
+        notes.append(f"{said.why} in {source}: {_listed(plane, others)}")
+    return State(angles, online, error, unknown | lacking, source, tuple(notes))
+
+
+def _listed(plane: FocalPlane, who: Sequence[int]) -> str:
+    names = ", ".join(plane.ids[i] for i in who[:_SHOWN])
+    return names + (f" and {len(who) - _SHOWN} more" if len(who) > _SHOWN else "")

@@ -34,7 +34,10 @@ class Loss:
 
     def __str__(self) -> str:
         blockers = f"; in the way: {', '.join(self.names)}" if self.names else ""
-        return f"{self.id}: {self.cause}{blockers}"
+        if self.outcome is not Outcome.OFFLINE:
+            return f"{self.id}: {self.cause}{blockers}"
+        left = "its target is out of reach" if np.isnan(self.distance) else f"{self.distance:.3f} mm from its target"
+        return f"{self.id}: offline, {self.cause}; {left}"
 
 
 @dataclass(frozen=True)

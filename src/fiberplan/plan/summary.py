@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fiberplan import __version__
 from fiberplan.plan.diagnosis import Loss, losses
 
@@ -35,7 +37,7 @@ def _listed(what: str, lost: list[Loss]) -> list[str]:
 
 def about(plan: "Plan") -> dict[str, object]:
     """What was planned, and how: the meta data of tables."""
-    plane = plan.problem.plane
+    plane, end = plan.problem.plane, plan.end
     return {
         "instrument": plane.name,
         "planner": plan.planner,
@@ -43,6 +45,9 @@ def about(plan: "Plan") -> dict[str, object]:
         "margin_mm": float(plan.problem.margin),
         "makespan_s": float(plan.makespan),
         "certified": bool(plan.certificate.ok),
+        "assumptions": list(plan.certificate.assumptions),
         "lost": [plane.ids[int(i)] for i in plan.lost],
+        "offline": [plane.ids[int(i)] for i in np.flatnonzero(~end.online)],
+        "unknown": [plane.ids[int(i)] for i in np.flatnonzero(end.unknown)],
         "fiberplan": __version__,
     }

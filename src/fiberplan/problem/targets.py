@@ -4,6 +4,7 @@ A target belongs to one positioner (assignment is not done here) and is a point 
 gives them. Parity names the elbow solution: +1 is right (beta > 0), -1 left.
 """
 
+import dataclasses
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -126,17 +127,30 @@ class Targets(Frozen):
                 raise self._fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
 
     @classmethod
-    def read(cls, path: str | os.PathLike) -> "Targets":
+    def read(cls, path: str | os.PathLike, priority_order: Literal["larger", "smaller"] = "larger") -> "Targets":
         """Read targets from any table that astropy reads, a SDSS ``confSummary*.par``, or a MOONS ``targets_K.txt``.
 
         Columns: ``x``, ``y`` [mm], or commanded ``alpha``, ``beta`` [deg]; optionally ``positioner``, ``priority``,
         ``fiber`` and ``parity`` (+1 or right, -1 or left, 0 or any). Units in brackets are assumed where none
         are given.
 
+        Args:
+            path: of the file.
+            priority_order: which priorities matter more in the file. With "smaller" they are turned round, largest for
+                smallest, since inside larger always matters more; a note says so.
+
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line naming it.
         """
-        return cls(**io_function("read_columns")(path))
+        targets = cls(**io_function("read_columns")(path))
+        if priority_order == "larger":
+            return targets
+        if priority_order != "smaller":
+            raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
+        lowest, highest = targets.priority.min(initial=np.inf), targets.priority.max(initial=-np.inf)
+        note = f"in {targets.source} smaller priorities matter more: {lowest:g} counts as {highest:g}, and so on"
+        turned = lowest + highest - targets.priority
+        return dataclasses.replace(targets, priority=turned, notes=(*targets.notes, note)) if len(targets) else targets
 
     @classmethod
     def from_table(cls, table: "Table", masked: Literal["raise", "drop"] = "raise") -> "Targets":

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from fiberplan.tables.contents import plain_name
+
 T = TypeVar("T")
 
 
@@ -31,7 +33,8 @@ class ContentFormat(Generic[T]):
 
 
 def content_format(formats: Mapping[str, ContentFormat[T]], path: Path, content: bytes) -> ContentFormat[T] | None:
-    """The first of `formats` that accepts a file."""
+    """The first of `formats` that accepts a file; one that was packed, by its name without ``.gz``."""
+    path = plain_name(path)
     return next((formats[name] for name in formats if formats[name].accepts(path, content)), None)
 
 

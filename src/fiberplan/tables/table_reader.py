@@ -22,7 +22,7 @@ from astropy.table.column import Column
 
 from fiberplan.arrays import read_only
 from fiberplan.errors import FiberplanError
-from fiberplan.tables.contents import read_whole
+from fiberplan.tables.contents import plain_name, read_whole
 
 _KINDS = {"mm": "a length", "rad": "an angle", "rad/s": "a speed of rotation"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
@@ -154,7 +154,7 @@ def read_table(
     """
     path = Path(path)
     content = read_whole(path, error) if content is None else content
-    table = (_read_csv if path.suffix.lower() == ".csv" else _read_any)(path, content, error)
+    table = (_read_csv if plain_name(path).suffix.lower() == ".csv" else _read_any)(path, content, error)
     if not len(table) and not allow_empty:
         raise error(f"{path}: the table has no rows")
     return table
@@ -218,7 +218,7 @@ def _read_any(path: Path, content: bytes, error: type[FiberplanError]) -> InputT
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            known = options.get(path.suffix.lower())
+            known = options.get(plain_name(path).suffix.lower())
             table = Table.read(io.BytesIO(content), **known) if known else Table.read(path)
         except Exception as problem:  # each of astropy's readers raises what it likes
             raise error(f"{path}: cannot be read as a table ({one_line(problem)})") from None
@@ -244,7 +244,7 @@ def _cells(values: Any) -> np.ndarray:
 
 def _line_labels(path: Path, content: bytes, count: int) -> tuple[str, ...]:
     """Lines of an ECSV file that hold its rows; none where that cannot be told."""
-    if path.suffix.lower() != ".ecsv":
+    if plain_name(path).suffix.lower() != ".ecsv":
         return ()
     lines = content.decode("utf-8").splitlines()
     holding = [k for k, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]

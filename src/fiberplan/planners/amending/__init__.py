@@ -24,7 +24,8 @@ Algorithm                                                             here
       everyone moves as in P and i is DEADLOCKED
 
 The cost does not grow with the array, except for line 11. `one_goal` decides what becomes of the plan, `rerouting`
-searches, and `subarray` cuts a part out of a focal plane and its motion and puts it back.
+searches, and `subarray` cuts a part out of a focal plane and its motion and puts it back. `targets` amends several
+goals, each given as a target.
 """
 
 from fiberplan.planners.amending.one_goal import amend

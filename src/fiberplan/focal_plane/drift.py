@@ -1,0 +1,22 @@
+"""How far arms get in a moment at full speed: the room that a clock which is off by so much asks for."""
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.focal_plane.focal_plane import FocalPlane
+from fiberplan.kernels.arms import motion
+from fiberplan.kernels.compile import kernel
+
+
+def drift(plane: FocalPlane, seconds: float) -> np.ndarray:
+    """(n,) bound on how far any body point of each positioner moves in so many seconds [mm]."""
+    return read_only(_motions(plane.arms, read_only(plane.max_speed * seconds)))
+
+
+@kernel
+def _motions(arms, turns):
+    """Bounds (n,) on the motion of each arm that turns by `turns` (n, 2) [rad]."""
+    out = np.empty(len(turns))
+    for i in range(len(turns)):
+        out[i] = motion(arms, i, turns[i, 0], turns[i, 1])
+    return out

@@ -1,0 +1,55 @@
+"""Folding whoever has no target, as far as that is safe and costs no target."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from fiberplan.plan import Outcome, Plan
+from fiberplan.problem import Problem
+from fiberplan.tolerances import ARRIVAL
+
+
+def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem) -> Plan:
+    """The plan in which idle positioners go to folded as well; who could not be parked is named in a note.
+
+    An idle positioner's outcome stays `NO_TARGET`. Where parking would cost a target, nobody is parked.
+
+    Args:
+        plan: of a planner.
+        problem: idle are those that can move and of whom nothing is requested.
+    """
+    idle = problem.plane.online & np.isnan(problem.requested[:, 0])
+    idle[list(problem.dropped)] = False
+    if not idle.any():
+        return plan(problem)
+    assert problem.priority is not None  # set on construction
+    parking = dataclasses.replace(
+        problem,
+        goal=np.where(idle[:, None], problem.plane.folded, problem.goal),
+        priority=np.where(idle, 0.0, problem.priority),
+        conflicts="drop",
+    )
+    parked = _of_targets(plan(parking), problem, idle)
+    if len(parked.lost) > len(problem.dropped) and (without := plan(problem)).kept > parked.kept:
+        return dataclasses.replace(without, notes=(*without.notes, "nobody is parked: that would cost a target"))
+    return parked
+
+
+def _of_targets(plan: Plan, problem: Problem, idle: np.ndarray) -> Plan:
+    """The plan as one of the problem without parking, and a note of who is parked."""
+    plane = problem.plane
+    away = np.linalg.norm(plane.fibers(plan.trajectory.end) - plane.fibers(plane.folded), axis=1)
+    left = np.flatnonzero(idle & ~(away <= ARRIVAL))
+    notes = [f"parked: {int(idle.sum()) - len(left)} of {int(idle.sum())} without a target are folded"]
+    if len(left):
+        notes.append("not parked: " + ", ".join(plane.ids[i] for i in left))
+    return dataclasses.replace(
+        plan,
+        problem=problem,
+        outcomes=tuple(
+            Outcome.NO_TARGET if waits else outcome for outcome, waits in zip(plan.outcomes, idle, strict=True)
+        ),
+        blockers={i: others for i, others in plan.blockers.items() if not idle[i]},
+        notes=(*plan.notes, *notes),
+    )
