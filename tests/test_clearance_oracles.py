@@ -63,7 +63,7 @@ def test_pieces_of_any_number_of_vertices():
         assert np.sqrt(d2) == pytest.approx(expected, abs=1e-12)
         assert np.hypot(wx, wy) == pytest.approx(expected, abs=1e-12)
         assert shapely.distance(shapely.affinity.translate(a, wx, wy), b) < 1e-12
-        back, ux, uy = piece_to_piece(arms, frame_j, r, frame_i, p)
+        back, _, _ = piece_to_piece(arms, frame_j, r, frame_i, p)
         assert np.sqrt(back) == pytest.approx(expected, abs=1e-12)
         apart.append(expected > 0)
         d2, wx, wy = _boundaries(arms, frame_i, p, frame_j, r)

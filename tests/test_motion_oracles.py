@@ -161,6 +161,10 @@ def test_sweep_is_decided_within_a_ten_thousandth_and_by_few_looks(monkeypatch):
         plane = make_plane([0, 0], [CAPSULE], [post], length=0.0)
         for turn in (0.1, -0.1):
             assert swept(plane, (np.pi / 2 - turn / 2, 0.0), (turn, 0.0)) == clear
+    for spare, clear in ((1e-3, True), (1e-6, False)):  # what is not shown in 128 pieces counts as contact
+        post = Obstacle("post", [[0.0, 12.0 + spare]], 1.0)
+        plane = make_plane([0, 0], [CAPSULE], [post], length=0.0)
+        assert swept(plane, (np.pi / 2 - 0.47, 0.0), (1.0, 0.0)) == clear
     looks = []
     real = swept_clear.__globals__["constant_speed_bound"]
     monkeypatch.setitem(

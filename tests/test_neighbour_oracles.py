@@ -77,9 +77,9 @@ def test_cells_of_a_line_are_as_wide_as_asked_or_one_a_member():
     assert (size, columns, rows) == (8.0, 12, 1)
     _, _, size, columns, rows, _, _ = sort_into_cells(line[:, ::-1].copy(), 1e-3)
     assert (size, columns, rows) == (8.0, 1, 12)
-    square = np.array([[0.0, 0.0], [100.0, 100.0], *np.full((38, 2), 50.0)])
+    square = np.array([[0.0, 0.0], [100.0, 100.0], *np.full((8, 2), 50.0)])
     _, _, size, columns, rows, _, _ = sort_into_cells(square, 0.5)
-    assert (size, columns, rows) == (10.0, 11, 11)  # 2.5, doubled until no more than 4 n + 16 are left
+    assert (size, columns, rows) == (20.0, 6, 6)  # 10, doubled until no more than 4 n + 16 are left
     _, _, size, _, _, _, _ = sort_into_cells(np.zeros((3, 2)), 0.0)
     assert size == 1e-9
 
