@@ -1,6 +1,7 @@
 """Proofs that a goal cannot be reached against shapely and a search of cells, with the compiler off."""
 
 import numpy as np
+
 from fiberplan.certificates.unreachable import _blocked, _boxes_at, proven_unreachable
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.tolerances import ROUNDING
