@@ -58,6 +58,16 @@ def test_moved_apart_by_the_depth_shapes_only_touch():
     assert moved > 20
 
 
+def test_edges_of_a_hundredth_count_like_any():
+    """Two plates of 0.04 mm that overlap by a quarter along one axis and by half along the other."""
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    for scale in (0.02, 1.0, 50.0):
+        for at in ([1.5, 1.0], [-1.5, 1.0], [1.0, 1.5], [1.0, -1.5]):
+            plane = make_plane([[0, 0], np.multiply(at, scale)], [Body(square * scale, 0.0, closed=True)], length=0.0)
+            gap = signed_clearance(plane.arms, 0, 0.0, 0.0, 1, 0.0, 0.0)
+            assert gap == pytest.approx(-0.5 * scale, rel=1e-9)
+
+
 def test_two_points_that_are_one():
     plane = make_plane([[0, 0], [0, 0]], [Body(np.zeros((1, 2)), 1.0)])
     at = frame(plane.arms, 0, 0.0, 0.0)
