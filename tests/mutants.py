@@ -198,8 +198,10 @@ def main() -> None:
     ]
     random.Random(0).shuffle(every)
     digests, results = known_results(paths)
-    tried = [t for t in every[: wanted.sample] if (results.get(t[0]) != "killed" if wanted.again else True)]
-    tried = [t for t in tried if wanted.again or t[0] not in results]
+    if wanted.again:
+        tried = [task for task in every if results.get(task[0], "killed") != "killed"]
+    else:
+        tried = [task for task in every[: wanted.sample] if task[0] not in results]
     with multiprocessing.get_context("fork").Pool(wanted.jobs, begin) as pool:
         right = {TESTS[Path(t[1]).stem]: (f"as it is: {t[1]}", t[1], (ROOT / t[1]).read_text()) for t in tried}
         for name, came in pool.imap_unordered(outcome, right.values()):

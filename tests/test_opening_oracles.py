@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from fiberplan.certificates.opening import _pad, _signed_bound, _signed_interval, judge_opening
+from fiberplan.certificates.opening import _opens, _pad, _signed_bound, _signed_interval, judge_opening
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.arms import frame, vertex
 from fiberplan.kernels.clearance import meet
@@ -16,7 +16,7 @@ from references import four_bar_plane, make_plane, motion_of, sampled
 from test_clearance_oracles import mixed_plane
 from test_depth_oracles import whole
 from test_path_oracles import as_path
-from test_proof_oracles import fastest, scene, travelled
+from test_proof_oracles import LATE, fastest, scene, stack, travelled
 
 TIP = Body(np.array([[10.0, 0.0]]), 1.0)
 TIPPED = make_plane([0, 0], [TIP], [Obstacle("post", [[15.5, 0.0]], 1.0)])  # the tip is 15 mm from the base
@@ -89,6 +89,8 @@ def test_errors_and_jitter():
     assert seen == pytest.approx(0.2 - 0.01 * speed)
     assert reached == pytest.approx(moment_of(0.5 + 0.01 * speed, 0.2, 3.0), abs=1e-3)
     assert np.isnan(failed)
+    seen, _, _ = judged(0.2, 0.3, 3.0, jitter=0.01)  # of the speeds near the start
+    assert seen == pytest.approx(0.2 - 0.01 * 15.0 * (turn_for(0.3) - turn_for(0.2)))
     rng = np.random.default_rng(0)
     for _ in range(20):
         _, _, path = scene(rng)
@@ -96,6 +98,26 @@ def test_errors_and_jitter():
         for jitter in (0.0, 0.2):
             expected = 0.25 + jitter * sum(fastest(path, k, t0 - jitter, t1 + jitter) for k in (0, 1))
             assert _pad(path, 0, 1, t0, t1, jitter, 0.25) == pytest.approx(expected)
+
+
+def test_pairs_are_judged_one_after_the_other():
+    """What the first leaves on the stack is nothing to the second; with no room there is no proof."""
+    for gaps in ((0.2, 3.0), (-0.5, 0.2, -0.6, 3.0), (0.3, 0.2, 3.0)):
+        path = as_path(TIPPED, motion_of([(k, turn_for(gap), 0.0) for k, gap in enumerate(gaps)]))
+        alone = judge_opening(TIPPED.arms, path, PAIR, np.zeros(2), 0.5, 0.0)[0]
+        np.testing.assert_array_equal(_opens(TIPPED.arms, path, 0, 1, 0.5, 0.0, 0.0, *stack()), alone)
+        twice = judge_opening(TIPPED.arms, path, np.concatenate([PAIR, PAIR]), np.zeros(2), 0.5, 0.0)
+        np.testing.assert_array_equal(twice, [alone, alone])
+        assert not np.isnan(_opens(TIPPED.arms, path, 0, 1, 0.5, 0.0, 0.0, np.empty(2), np.empty(2))[2])
+
+
+def test_a_middle_that_is_rounded():
+    plane = make_plane([0, 0], [TIP], [Obstacle("post", [[20.0, 0.0]], 1.0)], length=0.0)
+    path = as_path(plane, LATE)
+    t, now, bound = _signed_interval(plane.arms, path, 0, 1, 1e16 + 2, 1e16 + 8, 0.0, 0.0)
+    assert t == 1e16 + 4
+    end = signed_clearance(plane.arms, 0, *sampled(LATE, 0, np.array([1e16 + 8]))[0], 1, 0.0, 0.0)
+    assert end - 0.1 < bound < end < now
 
 
 def test_overlapping_outlines_come_apart():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fiberplan.certificates import Certificate, Contact, verify
-from fiberplan.certificates.safety import TOLERANCE, _worst
+from fiberplan.certificates.safety import _worst
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory
@@ -53,10 +53,10 @@ def test_contacts_are_those_of_sampling():
                 touched += 1
                 expected = first_below(plane, motion, i, j, margin, 300)
                 assert contacts[name].time == pytest.approx(expected, abs=2e-3)
-                assert smallest - 1e-4 <= contacts[name].clearance <= smallest + TOLERANCE + 1e-6
+                assert smallest - 1e-4 <= contacts[name].clearance <= smallest + 0.01 + 1e-6
             if name in proven:
                 assert proven[name] <= smallest + 1e-9
-                assert proven[name] >= min(smallest - TOLERANCE - 1e-6, margin + 2.0 - TOLERANCE - 1e-6)
+                assert proven[name] >= min(smallest, margin + 2.0) - 0.01 - 1e-6
             else:
                 assert smallest >= margin
         assert found.ok == (not contacts)
@@ -87,6 +87,14 @@ def test_margins_and_errors_add_up():
     moving = motion_of([(0, 0.0, 0.0), (1, 1.0, 0.0)], [(0, np.pi, 0.0)])  # 15 mm/s
     assert verify(facing(1.0, max_speed=2.0), moving, jitter=0.06).ok
     assert not verify(facing(1.0, max_speed=2.0), moving, jitter=0.07).ok
+
+
+def test_far_from_the_origin_rounding_counts():
+    """At 3,000 km units in the last place are half a micrometre: what is within a few of them is not safe."""
+    for gap, safe in ((4e-6, False), (1e-3, True)):
+        plane = facing(gap)
+        assert verify(plane.replace(base=plane.base + 3e9), FACING).ok == safe
+        assert verify(plane, FACING).ok
 
 
 def test_refusals():
@@ -124,7 +132,7 @@ def test_equality_is_undecided():
 
 def test_opening_is_no_failure_if_asked_for():
     motion = motion_of([(0, 0.0, 0.0), (1, 1.0, 0.0)], [(0, np.pi, 0.0)])
-    assert not verify(facing(-0.5), motion, 0.3).ok
+    assert not verify(facing(-0.5), motion.reversed(), 0.3).ok
     found = verify(facing(-0.5), motion, 0.3, opening=True)
     assert found.ok
     ((pair, clearance, time),) = [(o.pair, o.clearance, o.time) for o in found.opening]
