@@ -211,7 +211,8 @@ def main() -> None:
             results[name] = came
             RESULTS.write_text(json.dumps({"files": digests, "outcomes": results}, indent=1, sort_keys=True))
             print(f"{came:8} {name}", flush=True)
-    print(dict(collections.Counter(results.values())), "of", len(every))
+    known = [results[name] for name, _, _ in every if name in results]
+    print(dict(collections.Counter(known)), "of", len(every))
 
 
 if __name__ == "__main__":

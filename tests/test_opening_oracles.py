@@ -108,6 +108,8 @@ def test_pairs_are_judged_one_after_the_other():
         np.testing.assert_array_equal(_opens(TIPPED.arms, path, 0, 1, 0.5, 0.0, 0.0, *stack()), alone)
         twice = judge_opening(TIPPED.arms, path, np.concatenate([PAIR, PAIR]), np.zeros(2), 0.5, 0.0)
         np.testing.assert_array_equal(twice, [alone, alone])
+        other = judge_opening(TIPPED.arms, path, PAIR[:, ::-1], np.zeros(2), 0.5, 0.0)[0]
+        np.testing.assert_allclose(other, alone, atol=1e-9)
         assert not np.isnan(_opens(TIPPED.arms, path, 0, 1, 0.5, 0.0, 0.0, np.empty(2), np.empty(2))[2])
 
 
