@@ -23,7 +23,7 @@ check: $(VENV)/.test
 bounds: $(VENV)/.test ## the planners' promises once with every array access checked; its compiled kernels are kept apart
 	NUMBA_BOUNDSCHECK=1 $(BIN)/pytest -q -n 2 tests/test_bounds.py
 
-mutants: $(VENV)/.test ## does a test notice every wrong kernel? takes hours, and goes on where it was stopped
+mutants: $(VENV)/.test ## does a test notice every wrong kernel? 300 of them (OPTIONS=--sample=9999: all, an hour or more); goes on where it was stopped
 	nice $(BIN)/python tests/mutants.py $(OPTIONS)
 
 coverage: $(VENV)/.test ## statements that small tests run, kernels included: the compiler is off, and no real data

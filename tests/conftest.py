@@ -24,6 +24,9 @@ def pytest_sessionstart(session):
         subprocess.run([sys.executable, Path(__file__).parent / "warm_up.py"], check=False, capture_output=True)
 
 
+collect_ignore_glob = (
+    [] if compiler.DISABLE_JIT else ["test_*_oracles.py"]
+)  # called one by one they take long to compile
 CASES_WITHOUT_COMPILER = 1  #: of each test, when kernels run some hundred times slower
 
 

@@ -2,37 +2,52 @@
 
 Each mutant is one change of one file of `kernels/` or `certificates/`: a comparison or a sign turned round, a constant
 doubled, min for max, `and` for `or`, a `not` dropped. The tests nearest to the file run on a copy with the compiler
-off. What came of each is kept in ``.mutants.json``, so that a run goes on where the last one stopped.
+off, each mutant in a fork of a process that has everything but the project loaded. What came of each is kept in
+``.mutants.json``, so that a run goes on where the last one stopped; mutants of a file that has changed since are tried
+anew. ``design/mutants.md`` says what came of it.
 """
 
 import argparse
 import ast
 import collections
+import compileall
 import copy
+import hashlib
+import importlib
 import json
+import multiprocessing
 import os
+import py_compile
 import random
+import resource
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / ".mutants.json"
-PATIENCE = 20.0  # [s] a mutant whose tests take longer is slow: it may loop for ever, or survive
-TESTS = {  # the fastest first: most mutants die in the first
-    "segments": "segments",
-    "clearance": "clearance sweep",
-    "arms": "clearance motion_bounds four_bar",
-    "four_bar": "four_bar motion_bounds",
-    "even_motion": "verify motion_bounds",
-    "sweep": "sweep",
-    "neighbours": "neighbours",
-    "bisection": "verify",
-    "path": "verify",
-    "safety": "verify",
-    "unreachable": "unreachable",
+PATIENCE = 20  # [s] of processor: tests that take longer on a mutant found that it does not end, or too much to do
+WALL = 6 * PATIENCE  # [s], for one that sleeps
+LOADED = "numpy numba scipy.ndimage scipy.optimize scipy.spatial shapely hypothesis pytest astropy.table pydantic yaml"
+TESTS = {  # the nearest first: most mutants die there
+    "segments": "segment_oracles clearance_oracles",
+    "arms": "arm_oracles clearance_oracles motion_oracles four_bar_oracles",
+    "clearance": "clearance_oracles",
+    "depth": "depth_oracles",
+    "slopes": "depth_oracles",
+    "four_bar": "four_bar_oracles",
+    "even_motion": "motion_oracles",
+    "sweep": "motion_oracles",
+    "neighbours": "neighbour_oracles",
+    "randoms": "neighbour_oracles",
+    "path": "path_oracles proof_oracles",
+    "bisection": "proof_oracles",
+    "opening": "opening_oracles",
+    "unreachable": "unreachable_oracles",
+    "safety": "safety_oracles",
 }
 COMPARISONS = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq
@@ -80,7 +95,7 @@ def mutants(path: Path) -> dict[str, str]:
             continue
         begin = starts[node.lineno - 1] + node.col_offset
         end = starts[node.end_lineno - 1] + node.end_col_offset
-        old, new = text[begin:end].decode(), ast.unparse(wrong)
+        old, new = " ".join(text[begin:end].decode().split()), ast.unparse(wrong)
         if not isinstance(node, ast.Constant | ast.Name | ast.Attribute | ast.AugAssign):
             new = f"({new})"
         found[f"{path.parent.name}/{path.name}:{node.lineno}:{node.col_offset}: {old} -> {new}"] = (
@@ -89,36 +104,78 @@ def mutants(path: Path) -> dict[str, str]:
     return found
 
 
-def outcome(copied: Path, path: Path, source: str, tests: str) -> str:
-    """Killed, survived or slow, of one wrong source in a copy of the project."""
-    target = copied / path.relative_to(ROOT)
+def copied_project() -> Path:
+    """A copy of what tests need, its modules compiled so that one with another source is never taken for another."""
+    folder = Path(tempfile.mkdtemp(prefix="mutants-"))
+    for room in ("src", "tests", "benchmarks"):
+        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    mode = py_compile.PycInvalidationMode.CHECKED_HASH
+    compileall.compile_dir(folder / "src", quiet=2, invalidation_mode=mode)
+    return folder
+
+
+def tests_pass(folder: Path, tests: list[str]) -> int:
+    """Exit status of pytest in a fork of this process, negative if a signal ended it."""
+    child = os.fork()
+    if child == 0:
+        status = 70
+        try:
+            os.setsid()
+            resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE, PATIENCE + 1))
+            signal.signal(signal.SIGXCPU, signal.SIG_DFL)
+            null = os.open(os.devnull, os.O_RDWR)
+            for stream in (0, 1, 2):
+                os.dup2(null, stream)
+            os.chdir(folder)
+            sys.path[:0] = [str(folder / "src"), str(folder / "tests")]
+            import pytest
+
+            options = ["-q", "-x", "--tb=no", "--assert=plain", "-p", "no:cacheprovider", "-p", "no:xdist"]
+            status = int(pytest.main([*options, "-m", "not slow", *(f"tests/test_{name}.py" for name in tests)]))
+        finally:
+            os._exit(status)
+    begin = time.monotonic()
+    while True:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        if time.monotonic() - begin > WALL:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return -signal.SIGKILL
+        time.sleep(0.02)
+
+
+def outcome(task: tuple[str, str, str]) -> tuple[str, str]:
+    """(name, killed, survived or timeout) of one mutant."""
+    name, where, source = task
+    target = _folder / where
     good = target.read_text()
     target.write_text(source)
-    files = [f"tests/test_{name}.py" for name in tests.split() if (copied / f"tests/test_{name}.py").exists()]
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-x",
-        "-n",
-        "0",
-        "-p",
-        "no:cacheprovider",
-        "-m",
-        "not slow",
-        *files,
-    ]
-    variables = {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(copied / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
-        done = subprocess.run(command, cwd=copied, env=os.environ | variables, capture_output=True, timeout=PATIENCE)
-    except subprocess.TimeoutExpired:
-        return "slow"
+        status = tests_pass(_folder, TESTS[target.stem].split())
     finally:
         target.write_text(good)
-    if done.returncode > 1:
-        return "killed"  # it cannot even be imported
-    return "survived" if done.returncode == 0 else "killed"
+    if status < 0:
+        return name, "timeout"
+    return name, "survived" if status == 0 else "killed"
+
+
+def begin() -> None:
+    """Load what all mutants share, and make the copy that this process breaks."""
+    global _folder
+    for module in LOADED.split():
+        importlib.import_module(module)
+    _folder = copied_project()
+
+
+def known_results(paths: list[Path]) -> tuple[dict[str, str], dict[str, str]]:
+    """(digest of each file, outcomes of earlier runs of files that are still the same)."""
+    digests = {f"{p.parent.name}/{p.name}": hashlib.sha256(p.read_bytes()).hexdigest()[:16] for p in paths}
+    kept = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    same = {file for file, digest in digests.items() if kept.get("files", {}).get(file) == digest}
+    return digests, {n: o for n, o in kept.get("outcomes", {}).items() if n.partition(":")[0] in same}
 
 
 def main() -> None:
@@ -126,23 +183,36 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sample", type=int, default=300, help="how many in all, of those that there are")
     parser.add_argument("--only", default="", help="part of the name of a file")
+    parser.add_argument("--again", action="store_true", help="try those anew that were not killed")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
     wanted = parser.parse_args()
+    os.environ |= {"NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    sys.dont_write_bytecode = True
     rooms = [ROOT / "src/fiberplan" / room for room in ("kernels", "certificates")]
     paths = [path for room in rooms for path in sorted(room.glob("*.py")) if path.stem in TESTS]
-    every = [(name, path, source) for path in paths for name, source in mutants(path).items() if wanted.only in name]
+    every = [
+        (name, str(path.relative_to(ROOT)), source)
+        for path in paths
+        for name, source in mutants(path).items()
+        if wanted.only in name
+    ]
     random.Random(0).shuffle(every)
-    results: dict[str, str] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    with tempfile.TemporaryDirectory() as folder:
-        copied = Path(folder)
-        for room in ("src", "tests", "benchmarks"):
-            shutil.copytree(ROOT / room, copied / room, ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copy(ROOT / "pyproject.toml", copied)
-        for name, path, source in every[: wanted.sample]:
-            if name not in results:
-                results[name] = outcome(copied, path, source, TESTS[path.stem])
-                RESULTS.write_text(json.dumps(results, indent=1, sort_keys=True))
-                print(f"{results[name]:8} {name}", flush=True)
-    print(dict(collections.Counter(results.values())), "of", len(every))
+    digests, results = known_results(paths)
+    if wanted.again:
+        tried = [task for task in every if results.get(task[0], "killed") != "killed"]
+    else:
+        tried = [task for task in every[: wanted.sample] if task[0] not in results]
+    with multiprocessing.get_context("fork").Pool(wanted.jobs, begin) as pool:
+        right = {TESTS[Path(t[1]).stem]: (f"as it is: {t[1]}", t[1], (ROOT / t[1]).read_text()) for t in tried}
+        for name, came in pool.imap_unordered(outcome, right.values()):
+            if came != "survived":
+                sys.exit(f"{name}: {came}; a mutant says nothing while the tests fail on the project itself")
+        for name, came in pool.imap_unordered(outcome, tried):
+            results[name] = came
+            RESULTS.write_text(json.dumps({"files": digests, "outcomes": results}, indent=1, sort_keys=True))
+            print(f"{came:8} {name}", flush=True)
+    known = [results[name] for name, _, _ in every if name in results]
+    print(dict(collections.Counter(known)), "of", len(every))
 
 
 if __name__ == "__main__":

@@ -125,8 +125,10 @@ def _opens(arms, path, i, j, margin, jitter, error, starts, ends):
             reached = min(reached, t0)
             continue
         before = reached == np.inf
-        if before and bound >= floor and not (now >= margin) and not _has_margin(arms, path, i, j, t1, margin + error):
-            continue
+        if before and bound >= floor and not (now >= margin):
+            late = _pad(path, i, j, t1, t1, jitter, error)
+            if not _has_margin(arms, path, i, j, t1, margin + late):
+                continue
         if not (now >= floor) or (not before and not (now >= margin)):
             return first, reached, t
         if too_short(t0, t, t1, jitter) or now - bound <= 3.0 * ROUNDING:

@@ -1,0 +1,86 @@
+"""Proofs that a goal cannot be reached against shapely and a search of cells, with the compiler off."""
+
+import numpy as np
+
+from fiberplan.certificates.unreachable import _blocked, _boxes_at, proven_unreachable
+from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.tolerances import ROUNDING
+from references import four_bar_plane, make_plane, sampled_clearance
+from test_arm_oracles import bound_of_motion
+
+CAPSULE = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)
+
+
+def test_blocked_boxes_are_those_in_contact_everywhere():
+    rng, shares = np.random.default_rng(0), []
+    for _ in range(4):
+        posts = [Obstacle(f"post {k}", rng.uniform(-9, 9, (1, 2)), 1.0) for k in range(2)]
+        plane = make_plane(rng.uniform(-9, 9, (3, 2)), [CAPSULE], posts)
+        low, width, count = rng.uniform(-3, 0, 2), np.array([0.1, 0.13]), np.array([14, 9])
+        fixed, start = np.array([1, 3, 4]), plane.with_obstacles(rng.uniform(-3, 3, (3, 2)))
+        blocked = _blocked(plane.arms, 0, fixed, start[fixed], low, width, count, 0.4)
+        middles = [low[d] + (np.arange(count[d]) + 0.5) * width[d] for d in (0, 1)]
+        poses = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 2)
+        gaps = [sampled_clearance(plane, 0, j, poses, np.tile(start[j], (len(poses), 1))) for j in fixed]
+        within = bound_of_motion(plane, 0, *(0.5 * width)) + ROUNDING
+        np.testing.assert_array_equal(blocked, np.min(gaps, axis=0).reshape(count) + within < 0.4)
+        shares.append(blocked.mean())
+    assert 0.02 < np.mean(shares) < 0.98
+
+
+def walled(gap, **others):
+    """A stiff arm between two posts, past the second of which it fits if `gap` [mm] is positive."""
+    posts = (Obstacle("near", [[0.0, 10.0]], 1.5), Obstacle("far", [[0.0, -(15.0 + 2.5 + gap)]], 1.5))
+    ends = {"lower": np.array([[-5.0, 0.0]]), "upper": np.array([[1.7, 0.01]])}
+    return make_plane([0, 0], [CAPSULE], posts, **(ends | others))
+
+
+def test_pockets():
+    start, goal = np.array([[0.7, 0.0]]), np.array([-3.9, 0.0])
+    for gap, closed in ((-0.4, True), (0.4, False)):
+        assert proven_unreachable(walled(gap), 0, start, goal, 0.0) == closed, gap
+    assert proven_unreachable(walled(0.4), 0, start, goal, 0.8)
+    assert not proven_unreachable(walled(-1.0), 0, start, np.array([0.3, 0.0]), 0.0)
+    wide = walled(-1.0, lower=np.array([[-np.inf, 0.0]]), upper=np.array([[np.inf, 0.01]]))
+    assert not proven_unreachable(wide, 0, start, goal, 0.0)
+    many = walled(-1.0, lower=np.array([[-5.0, 0.0]]), upper=np.array([[1.7, 1e9]]))
+    assert not proven_unreachable(many, 0, start, goal, 0.0)
+    into = np.array([-np.pi / 2, 0.0])  # the goal itself is in the post
+    assert proven_unreachable(walled(-3.0), 0, start, into, 0.0)
+    flat = walled(-1.0, lower=np.array([[-5.0, 0.0]]), upper=np.array([[1.7, 0.0]]))
+    assert proven_unreachable(flat, 0, start, goal, 0.0)
+    assert not proven_unreachable(flat, 0, start, np.array([0.3, 0.0]), 0.0)
+
+
+def test_who_never_moves():
+    """An offline arm lies across the path; online it may go away."""
+    ends = {"lower": np.tile([-1.0, 0.0], (2, 1)), "upper": np.tile([1.0, 0.01], (2, 1))}
+    for order in ([[0, 0], [26, 0]], [[26, 0], [0, 0]]):
+        i = 0 if order[0][0] == 0 else 1
+        plane = make_plane(order, [CAPSULE], **(ends | {"zero": np.array([[0.0, 0.0], [np.pi, 0.0]])[:: 1 - 2 * i]}))
+        start, goal = np.zeros((2, 2)), np.array([0.7, 0.0])
+        start[i, 0] = -0.7
+        assert not proven_unreachable(plane, i, start, goal, 0.0)
+        online = np.ones(2, bool)
+        online[1 - i] = False
+        assert proven_unreachable(plane.replace(online=online), i, start, goal, 0.0)
+        assert not proven_unreachable(plane.replace(online=online), i, start, np.array([-0.5, 0.0]), 0.0)
+    four = four_bar_plane(np.random.default_rng(0), n=1)
+    assert not proven_unreachable(four, 0, four.folded, four.folded[0], 50.0)
+
+
+def test_boxes_that_hold_a_place():
+    low, width, count = np.array([1.0, -2.0]), np.array([0.5, 0.25]), np.array([4, 8])
+    for q, a, b in (
+        ((1.6, -1.9), {1}, {0}), ((1.5, -1.9), {0, 1}, {0}), ((1.6, -1.0), {1}, {3, 4}), ((0.0, 9.0), {0}, {7}),
+        ((1.5 + 1e-11, -1.0 - 1e-11), {0, 1}, {3, 4}), ((1.5 + 1e-7, -1.0 - 1e-7), {1}, {3}), ((3.0, -2.0), {3}, {0}),
+    ):  # fmt: skip
+        found = _boxes_at(np.array(q), low, width, count)
+        assert set(zip(*(x.tolist() for x in found), strict=True)) == {(x, y) for x in a for y in b}
+    assert [x.tolist() for x in _boxes_at(np.array([1.0, 5.0]), low, np.zeros(2), np.array([3, 3]))] == [[0], [0]]
+
+
+def test_boxes_get_finer_where_coarse_ones_prove_nothing():
+    """Two degrees lose 0.3 mm by an arm of 15 mm: a post that shuts by 0.1 mm takes the boxes of half a degree."""
+    start, goal = np.array([[0.7, 0.0]]), np.array([-3.9, 0.0])
+    assert proven_unreachable(walled(-0.15), 0, start, goal, 0.0)
