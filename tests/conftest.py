@@ -31,11 +31,11 @@ CASES_WITHOUT_COMPILER = 1  #: of each test, when kernels run some hundred times
 
 
 def pytest_collection_modifyitems(config, items):
-    """With NUMBA_DISABLE_JIT=1 only the first case of each parametrized test are run."""
+    """With NUMBA_DISABLE_JIT=1 only the first case of each parametrized test is run, of small tests every case."""
     if compiler.DISABLE_JIT:
         taken = Counter()
         dropped = []
-        for item in list(items):
+        for item in [item for item in items if item.get_closest_marker("small") is None]:
             test = item.nodeid.partition("[")[0]
             taken[test] += 1
             if taken[test] > CASES_WITHOUT_COMPILER:

@@ -7,7 +7,7 @@ import pytest
 
 from fiberplan.errors import InstrumentError, ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments.desi import SPEED, angles_of, petal
+from fiberplan.instruments.desi import CRUISE, angles_of, petal
 from fiberplan.problem import Problem
 
 COLUMNS = {
@@ -67,7 +67,7 @@ def test_devices_of_a_file(tmp_path):
     )
     np.testing.assert_allclose(plane.length, [3.1, 3.0, 2.9])
     np.testing.assert_allclose(plane.fiber[:, 0], [3.2, 3.0, 2.8])
-    np.testing.assert_allclose(np.degrees(plane.max_speed), SPEED)
+    np.testing.assert_allclose(np.degrees(plane.max_speed), CRUISE)
     np.testing.assert_allclose(np.degrees(plane.lower[0]), [-192, 185 - 190 + 3])
     np.testing.assert_allclose(np.degrees(plane.upper[0]), [192, 182])
     np.testing.assert_allclose(np.degrees(plane.folded[0]), [0, 148.5])  # phi 150 deg from the stretched arm
