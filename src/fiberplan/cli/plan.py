@@ -12,6 +12,7 @@ from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, sa
 from fiberplan.cli.report import cautions, findings, lost_targets, plan_facts
 
 Conflicts = Literal["raise", "drop"]
+Prefer = Literal["angles", "xy"]
 
 
 def plan(
@@ -47,6 +48,10 @@ def plan(
     conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that touch or are out of reach, or drop them.")] = (
         "raise"
     ),
+    prefer: Annotated[
+        Prefer | None,
+        typer.Option(help="Of rows that give angles and x, y which disagree: take these. Refused if not given."),
+    ] = None,
     seed: SeedOption = 0,
     deadline: Annotated[
         float | None,
@@ -70,7 +75,7 @@ def plan(
         chosen = chosen_planner(planner, seed, assignments or (), settings)
         plane = FocalPlane.load(instrument)
         begin = None if start is None else read_configuration(start, plane)
-        problem = Problem.from_targets(plane, Targets.read(targets), start=begin, margin=margin, conflicts=conflicts)
+        problem = Problem.from_targets(plane, Targets.read(targets, prefer), start=begin, margin=margin, conflicts=conflicts)
         planned = planned_by(chosen, problem, deadline, tell)
         faults = planned.faults()
     with working("writing"):

@@ -263,8 +263,10 @@ class Problem(Frozen):
             conflicts=conflicts,
             alternatives=solution.alternatives if solution.alternatives.shape[1] else None,
             dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()}
-            | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()},
-            notes=targets.notes,
+            | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()}
+            | {i: Dropped(f"angles and position disagree: {why}") for i, why in solution.apart.items()},
+            notes=(*targets.notes, *solution.notes),
+            assumptions=solution.named,
             near_start=near_start,
             position_error=position_error,  # type: ignore[arg-type]
         )

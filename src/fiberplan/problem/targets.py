@@ -16,6 +16,7 @@ from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import reach
+from fiberplan.problem.agreement import Agreement, agreement, distances
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
 
@@ -35,6 +36,9 @@ class Solution(NamedTuple):
     unreachable: dict[int, str]  #: positioner -> why its target is out of reach
     lacking: dict[int, str]  #: positioner -> which fiber its target names that it does not carry
     priority: np.ndarray  #: (n,) 1 without a target
+    apart: dict[int, str]  #: positioner -> how far its target's angles and position disagree
+    notes: tuple[str, ...]  #: how well angles and positions agree
+    named: tuple[str, ...]  #: of the notes, what a proof rests on
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +56,16 @@ class Targets(Frozen):
     priority: np.ndarray = None  # type: ignore[assignment]  #: (m,) larger matters more; 1 unless given
     fiber: tuple[str, ...] | None = None  #: (m,) names; "" is the default fiber
     parity: np.ndarray = None  # type: ignore[assignment]  #: (m,) +1 right, -1 left, 0 (unless given) either
-    angles: np.ndarray = None  # type: ignore[assignment]  #: (m, 2) commanded, win over x, y; NaN where absent [rad]
+    angles: np.ndarray = None  # type: ignore[assignment]  #: (m, 2) commanded; NaN where absent [rad]
     base: np.ndarray | None = None  #: (m, 2) instead of ids: where the positioners stand [mm]
     idle: np.ndarray | None = None  #: (k, 2) with `base`: where those without a target stand [mm]
     offline: tuple[str, ...] = ()  #: ids whose position the source says is unknown
     source: str = "targets"  #: a file, for messages
     rows: tuple[str, ...] = ()  #: (m,) where each target stands in it
     notes: tuple[str, ...] = ()
+    prefer: Literal["angles", "xy"] | None = None
+    """Which to take of rows that give angles and x, y: the angles unless given, and only if the two agree."""
+    site: str = ""  #: the observatory whose positioners these are, if the source says it
 
     def __post_init__(self) -> None:
         m = np.size(self.x)
@@ -96,8 +103,9 @@ class Targets(Frozen):
 
     @property
     def commanded(self) -> np.ndarray:
-        """(m,) whether a target is given as angles."""
-        return ~np.isnan(self.angles[:, 0])
+        """(m,) whether a target is taken as angles."""
+        given = ~np.isnan(self.angles[:, 0])
+        return given & np.isnan(self.x + self.y) if self.prefer == "xy" else given
 
     def _fail(self, row: int | np.integer, complaint: str) -> TargetError:
         return TargetError(f"{self.source}: {self.rows[row]}: {complaint}")
@@ -105,6 +113,8 @@ class Targets(Frozen):
     def _validate(self) -> None:
         if not len(self) and not self.offline:
             raise TargetError(f"{self.source}: there are no targets")
+        if self.prefer not in (None, "angles", "xy"):
+            raise TargetError(f"{self.source}: prefer must be 'angles' or 'xy', got '{self.prefer}'")
         angles = self.angles
         for row in np.flatnonzero(np.isinf(angles).any(axis=1) | (np.isnan(angles[:, 0]) != np.isnan(angles[:, 1]))):
             shown = ", ".join(f"{np.degrees(a):.6g}" for a in angles[row])
@@ -126,17 +136,21 @@ class Targets(Frozen):
                 raise self._fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
 
     @classmethod
-    def read(cls, path: str | os.PathLike) -> "Targets":
+    def read(cls, path: str | os.PathLike, prefer: Literal["angles", "xy"] | None = None) -> "Targets":
         """Read targets from any table that astropy reads, a SDSS ``confSummary*.par``, or a MOONS ``targets_K.txt``.
 
         Columns: ``x``, ``y`` [mm], or commanded ``alpha``, ``beta`` [deg]; optionally ``positioner``, ``priority``,
         ``fiber`` and ``parity`` (+1 or right, -1 or left, 0 or any). Units in brackets are assumed where none
         are given.
 
+        Args:
+            path: of the file.
+            prefer: which to take of rows that give angles and x, y, however much they disagree.
+
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line naming it.
         """
-        return cls(**io_function("read_columns")(path))
+        return cls(**io_function("read_columns")(path) | ({"prefer": prefer} if prefer else {}))
 
     @classmethod
     def from_table(cls, table: "Table", masked: Literal["raise", "drop"] = "raise") -> "Targets":
@@ -231,14 +245,19 @@ class Targets(Frozen):
     def solve(self, plane: FocalPlane) -> Solution:
         """Joint angles for every target: of several, those reached soonest from folded (ties: right elbow).
 
-        Targets given as angles are taken as they are, and have no alternatives.
+        Targets given as angles are taken as they are, and have no alternatives. Where a row gives a position beside
+        them, the two are compared.
 
         Raises:
-            TargetError: targets without positioners, or a positioner or fiber that `plane` does not have.
+            TargetError: targets without positioners, a positioner or fiber that `plane` does not have, targets of
+                another observatory, or a field of which most rows disagree by more than 0.2 mm and `prefer` is not set.
         """
+        if self.site and plane.site and self.site.lower() != plane.site.lower():
+            raise TargetError(f"{self.source}: is of {self.site}, but {plane.name} is of {plane.site}")
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
+        agreed = self._agreement(plane, who, points)
         if not plane.kinematics.has_parities and np.any(self.parity):
             row = int(np.argmax(self.parity != 0))
             raise self._fail(row, f"parity is given, but {plane.kinematics.name} arms have none")
@@ -246,6 +265,7 @@ class Targets(Frozen):
         found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
         found[self.commanded] = np.nan
         found[self.commanded, 0] = self.angles[self.commanded]
+        found[list(agreed.apart)] = np.nan
         most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
 
         goal = np.full((plane.n, 2), np.nan)
@@ -254,9 +274,20 @@ class Targets(Frozen):
         goal[who], alternatives[who], priority[who] = found[:, 0], found[:, 1:most], self.priority
         lost = np.flatnonzero(np.isnan(found[:, 0, 0]))
         lacks = np.isnan(offset).any(axis=1)
-        unreachable = {int(who[r]): self._why_unreachable(plane, int(r), who, offset) for r in lost if not lacks[r]}
+        why = {int(r): r not in agreed.apart and not lacks[r] for r in lost}
+        unreachable = {int(who[r]): self._why_unreachable(plane, r, who, offset) for r, is_far in why.items() if is_far}
         lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
-        return Solution(read_only(goal), read_only(alternatives), unreachable, lacking, read_only(priority))
+        apart = {int(who[r]): text for r, text in agreed.apart.items()}
+        arrays = read_only(goal), read_only(alternatives)
+        return Solution(*arrays, unreachable, lacking, read_only(priority), apart, agreed.notes, agreed.named)
+
+    def _agreement(self, plane: FocalPlane, who: np.ndarray, points: np.ndarray) -> Agreement:
+        """How well angles and positions of the same rows agree."""
+        known = {name.lower(): name for name in plane.fiber_offsets}
+        fibers = [known[name.lower()] if name else "" for name in self.fiber or [""] * len(self)]
+        away = distances(plane, who, fibers, self.angles, points)
+        names = [f"{plane.ids[i]} in {row}" for i, row in zip(who, self.rows, strict=True)]
+        return agreement(away, names, self.source, plane.name, self.prefer)
 
     def _which_fiber(self, plane: FocalPlane, row: int, i: int) -> str:
         """Which fiber the target in `row` names that positioner `i` does not carry."""
@@ -294,7 +325,11 @@ class Targets(Frozen):
 
 def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
     """Raise a `TargetError` that names the targets out of reach, if there are any."""
-    for what, found in (("no such fiber", solution.lacking), ("out of reach", solution.unreachable)):
+    for what, found in (
+        ("no such fiber", solution.lacking),
+        ("angles and position disagree", solution.apart),
+        ("out of reach", solution.unreachable),
+    ):
         texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items()]
         if texts:
             more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
