@@ -10,6 +10,7 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
+from fiberplan.cli.report import incomplete
 
 if TYPE_CHECKING:
     from fiberplan.plan import Plan
@@ -27,18 +28,20 @@ def diagnose(
     with working("diagnosing"):
         from fiberplan.plan import Plan
         from fiberplan.plan.diagnosis import diagnose as find_causes
+        from fiberplan.plan.diagnosis import displaced
 
         read = Plan.read(plan)
         diagnosis, faults = find_causes(read), read.faults()
     if json:
-        say_json(dataclasses.asdict(diagnosis) | {"faults": faults})
+        aside = {"displaced": displaced(read), "left_out": read.problem.left_out}
+        say_json(dataclasses.asdict(diagnosis) | aside | {"faults": faults})
     else:
         say(str(read), style="bold")
         for line in (*map(_loss, diagnosis.losses), *faults):
             say(line, style="yellow")
-        for line in _time(diagnosis, read):
+        for line in (*displaced(read), *read.problem.left_out, *_time(diagnosis, read)):
             say(line)
-    raise typer.Exit(1 if faults or len(read.lost) else 0)
+    raise typer.Exit(1 if faults or incomplete(read) else 0)
 
 
 def _loss(loss: "Loss") -> str:

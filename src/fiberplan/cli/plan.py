@@ -9,7 +9,7 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names, planner_names, setting_keys
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import cautions, findings, lost_targets, plan_facts
+from fiberplan.cli.report import cautions, findings, incomplete, lost_targets, plan_facts
 
 Conflicts = Literal["raise", "drop"]
 Prefer = Literal["angles", "xy"]
@@ -70,12 +70,15 @@ def plan(
         from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.io.states import read_configuration
+        from fiberplan.plan.diagnosis import displaced
         from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, assignments or (), settings)
         plane = FocalPlane.load(instrument)
         begin = None if start is None else read_configuration(start, plane)
-        problem = Problem.from_targets(plane, Targets.read(targets, prefer), start=begin, margin=margin, conflicts=conflicts)
+        problem = Problem.from_targets(
+            plane, Targets.read(targets, prefer), start=begin, margin=margin, conflicts=conflicts
+        )
         planned = planned_by(chosen, problem, deadline, tell)
         faults = planned.faults()
     with working("writing"):
@@ -89,13 +92,13 @@ def plan(
 
     if json:
         say_json(plan_facts(planned, faults) | {"settings": settings_facts(chosen), "written": written})
-        raise typer.Exit(1 if faults or len(planned.lost) else 0)
+        raise typer.Exit(1 if faults or incomplete(planned) else 0)
     say(str(planned), style="bold")
     for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
         say(line, style="yellow")
-    for note in dict.fromkeys((*cautions(plane, margin), *problem.notes, *planned.notes)):
+    for note in dict.fromkeys((*cautions(plane, margin), *displaced(planned), *problem.notes, *planned.notes)):
         say(f"note: {note}")
     if not faults:
         say(str(planned.certificate), style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
-    raise typer.Exit(1 if faults or len(planned.lost) else 0)
+    raise typer.Exit(1 if faults or incomplete(planned) else 0)

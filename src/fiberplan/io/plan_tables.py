@@ -71,6 +71,8 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         alternatives=alternatives,
         dropped=dropped,
         notes=tuple(said["problem"]["notes"]),
+        wished=numbers(table, "wished", bool) if "wished" in table.columns.names else None,
+        left_out=tuple(said["problem"].get("left_out", ())),
     )
     owner = numbers(knots, "positioner", int)
     for k in np.flatnonzero((owner < 0) | (owner >= plane.n) | (np.diff(owner, prepend=owner[:1]) < 0))[:1]:
@@ -150,6 +152,7 @@ def _parameters(plan: Plan) -> dict[str, Any]:
             "margin": float(problem.margin),
             "conflicts": problem.conflicts,
             "notes": problem.notes,
+            "left_out": problem.left_out,
             "alternatives": alternatives,
         },
         "certificate": {"margin": proof.margin, "jitter": proof.jitter, "position_error": proof.position_error},
@@ -195,6 +198,9 @@ def _problem_table(plan: Plan) -> fits.BinTableHDU:
         "cause": [d.cause if d else "" for d in dropped],
         "dropped_for": [json.dumps(d.blockers if d else (), default=_plain) for d in dropped],
     }
+    assert problem.wished is not None  # set on construction
+    if problem.wished.any():
+        columns["wished"] = problem.wished
     return table_hdu("PROBLEM", columns, units)
 
 

@@ -16,7 +16,7 @@ from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import reach
-from fiberplan.problem.agreement import Agreement, agreement, distances
+from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
 
@@ -39,6 +39,7 @@ class Solution(NamedTuple):
     apart: dict[int, str]  #: positioner -> how far its target's angles and position disagree
     notes: tuple[str, ...]  #: how well angles and positions agree
     named: tuple[str, ...]  #: of the notes, what a proof rests on
+    wished: np.ndarray  #: (n,) goals of idle positioners, which give way to targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,11 @@ class Targets(Frozen):
     notes: tuple[str, ...] = ()
     prefer: Literal["angles", "xy"] | None = None
     """Which to take of rows that give angles and x, y: the angles unless given, and only if the two agree."""
+    assigned: np.ndarray = None  # type: ignore[assignment]
+    """(m,) False: an idle positioner was only put there, and gives way to targets; True unless given."""
+    disabled: np.ndarray = None  # type: ignore[assignment]
+    """(m,) True: the positioner cannot move from the angles of its row; False unless given."""
+    left_out: tuple[str, ...] = ()  #: targets that were wanted and are in no row, a sentence each: they are lost
     site: str = ""  #: the observatory whose positioners these are, if the source says it
 
     def __post_init__(self) -> None:
@@ -78,6 +84,13 @@ class Targets(Frozen):
             if value.shape != shape:
                 raise TargetError(f"{self.source}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
+        for name, usual in (("assigned", True), ("disabled", False)):
+            value = np.full(m, usual) if (value := getattr(self, name)) is None else value
+            value = read_only(value, bool, name=f"{self.source}: {name}", error=TargetError)
+            if value.shape != (m,):
+                raise TargetError(f"{self.source}: {name} must have shape {(m,)}, got {value.shape}")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "left_out", tuple(self.left_out))
         for name in ("base", "idle"):
             if (value := getattr(self, name)) is not None:
                 places = read_only(value, unit="mm", name=f"{self.source}: {name}", error=TargetError)
@@ -206,6 +219,13 @@ class Targets(Frozen):
                 raise self._fail(row, f"positioner '{plane.ids[i]}' already has a target in {self.rows[before]}")
         return who
 
+    def disabled_at(self, plane: FocalPlane) -> dict[int, tuple[np.ndarray, str]]:
+        """Positioners that cannot move -> the angles [rad] of their row (NaN: not given), and which row that is."""
+        if not self.disabled.any():
+            return {}
+        who = self.indices(plane)
+        return {int(who[r]): (self.angles[r], self.rows[r]) for r in np.flatnonzero(self.disabled)}
+
     def _standing_at(self, plane: FocalPlane) -> np.ndarray:
         """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
         assert self.base is not None
@@ -257,14 +277,14 @@ class Targets(Frozen):
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
-        agreed = self._agreement(plane, who, points)
+        agreed, commanded = self._agreement(plane, who, points)
         if not plane.kinematics.has_parities and np.any(self.parity):
             row = int(np.argmax(self.parity != 0))
             raise self._fail(row, f"parity is given, but {plane.kinematics.name} arms have none")
         found = solutions(plane, who, points, offset, self.parity)
         found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
-        found[self.commanded] = np.nan
-        found[self.commanded, 0] = self.angles[self.commanded]
+        found[commanded] = np.nan
+        found[commanded, 0] = self.angles[commanded]
         found[list(agreed.apart)] = np.nan
         most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
 
@@ -279,15 +299,24 @@ class Targets(Frozen):
         lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
         apart = {int(who[r]): text for r, text in agreed.apart.items()}
         arrays = read_only(goal), read_only(alternatives)
-        return Solution(*arrays, unreachable, lacking, read_only(priority), apart, agreed.notes, agreed.named)
+        wished = np.zeros(plane.n, bool)
+        wished[who] = ~self.assigned
+        said = apart, agreed.notes, agreed.named
+        return Solution(*arrays, unreachable, lacking, read_only(priority), *said, read_only(wished, bool))
 
-    def _agreement(self, plane: FocalPlane, who: np.ndarray, points: np.ndarray) -> Agreement:
-        """How well angles and positions of the same rows agree."""
+    def _agreement(self, plane: FocalPlane, who: np.ndarray, points: np.ndarray) -> tuple[Agreement, np.ndarray]:
+        """How well angles and positions of the same rows agree, and (m,) which rows are taken as angles.
+
+        A disabled positioner stands at its angles: if its position is elsewhere, that is a target which it loses.
+        """
         known = {name.lower(): name for name in plane.fiber_offsets}
         fibers = [known[name.lower()] if name else "" for name in self.fiber or [""] * len(self)]
         away = distances(plane, who, fibers, self.angles, points)
         names = [f"{plane.ids[i]} in {row}" for i, row in zip(who, self.rows, strict=True)]
-        return agreement(away, names, self.source, plane.name, self.prefer)
+        elsewhere = self.disabled & (away > NAMED)
+        commanded = (self.commanded | (self.disabled & ~np.isnan(self.angles[:, 0]))) & ~elsewhere
+        agreed = agreement(np.where(elsewhere, np.nan, away), names, self.source, plane.name, self.prefer)
+        return agreed, commanded
 
     def _which_fiber(self, plane: FocalPlane, row: int, i: int) -> str:
         """Which fiber the target in `row` names that positioner `i` does not carry."""
@@ -324,13 +353,13 @@ class Targets(Frozen):
 
 
 def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
-    """Raise a `TargetError` that names the targets out of reach, if there are any."""
+    """Raise a `TargetError` that names the targets out of reach, if there are any; idle positioners have none."""
     for what, found in (
         ("no such fiber", solution.lacking),
         ("angles and position disagree", solution.apart),
         ("out of reach", solution.unreachable),
     ):
-        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items()]
+        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items() if not solution.wished[i]]
         if texts:
             more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
             raise TargetError(f"{source}: {what}: {'; '.join(texts[:_SHOWN])}{more}")
