@@ -77,7 +77,7 @@ def plan(
         plane = FocalPlane.load(instrument)
         begin = None if start is None else read_configuration(start, plane)
         problem = Problem.from_targets(
-            plane, Targets.read(targets, prefer), start=begin, margin=margin, conflicts=conflicts
+            plane, Targets.read(targets, prefer, conflicts), start=begin, margin=margin, conflicts=conflicts
         )
         planned = planned_by(chosen, problem, deadline, tell)
         faults = planned.faults()

@@ -126,7 +126,7 @@ class Plan(Frozen):
 
     @property
     def displaced(self) -> np.ndarray:
-        """Indices of the idle positioners that end elsewhere than they were wished to: they gave way, nothing is lost."""
+        """Indices of the idle positioners that end elsewhere than they were wished to; no target is lost by it."""
         wished = self._wished & ~np.isnan(self.problem.requested[:, 0])
         there = np.array([outcome is Outcome.ARRIVED for outcome in self.outcomes], bool)
         return np.flatnonzero(wished & self.problem.plane.online & ~there)

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened
+from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened, told_apart
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
@@ -352,10 +352,11 @@ class Problem(Frozen):
             for i in map(int, np.flatnonzero(plane.in_avoidance(angles)))
         }
         outside = np.argwhere((angles < plane.lower - allowed) | (angles > plane.upper + allowed))
+        ends = np.degrees(np.stack([angles, plane.lower, plane.upper]))
+        shown = [(i, k, told_apart(*ends[:, i, k].tolist(), digits=6, kind="g")) for i, k in outside[::-1]]
         return zones | {
-            int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {np.degrees(angles[i, k]):.6g} deg is outside "
-            f"{np.degrees(plane.lower[i, k]):.6g} to {np.degrees(plane.upper[i, k]):.6g} deg"
-            for i, k in outside[::-1]
+            int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {given} deg is outside {low} to {high} deg"
+            for i, k, (given, low, high) in shown
         }
 
     def _forbidden(self, goal: np.ndarray) -> dict[int, str]:
@@ -369,9 +370,10 @@ class Problem(Frozen):
             if disc >= 0:
                 x, y, radius = plane.forbidden[disc]
                 away = float(np.hypot(ends[i, 0] - x, ends[i, 1] - y))
+                off, size = told_apart(away, float(radius))
                 found[i] = (
-                    f"{self._name(i)}: its fiber would end {away:.3f} mm from ({x:.3f}, {y:.3f}) mm, the middle of a "
-                    f"forbidden place of radius {radius:.3f} mm"
+                    f"{self._name(i)}: its fiber would end {off} mm from ({x:.3f}, {y:.3f}) mm, the middle of a "
+                    f"forbidden place of radius {size} mm"
                 )
         return found
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.arrays import Frozen, read_only, shortened, texts
+from fiberplan.arrays import Frozen, read_only, shortened, texts, told_apart
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
@@ -19,6 +19,7 @@ from fiberplan.focal_plane.two_link import reach
 from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
+from fiberplan.tolerances import ARRIVAL
 
 if TYPE_CHECKING:
     from astropy.table import QTable, Table
@@ -149,7 +150,12 @@ class Targets(Frozen):
                 raise self._fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
 
     @classmethod
-    def read(cls, path: str | os.PathLike, prefer: Literal["angles", "xy"] | None = None) -> "Targets":
+    def read(
+        cls,
+        path: str | os.PathLike,
+        prefer: Literal["angles", "xy"] | None = None,
+        conflicts: Literal["raise", "drop"] = "raise",
+    ) -> "Targets":
         """Read targets from any table that astropy reads, a SDSS ``confSummary*.par``, or a MOONS ``targets_K.txt``.
 
         Columns: ``x``, ``y`` [mm], or commanded ``alpha``, ``beta`` [deg]; optionally ``positioner``, ``priority``,
@@ -159,11 +165,16 @@ class Targets(Frozen):
         Args:
             path: of the file.
             prefer: which to take of rows that give angles and x, y, however much they disagree.
+            conflicts: "drop" leaves out rows that cannot be used, each with a note that names it; a place in such a row
+                is a target that is lost (`left_out`).
 
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line naming it.
         """
-        return cls(**io_function("read_columns")(path) | ({"prefer": prefer} if prefer else {}))
+        if conflicts not in ("raise", "drop"):
+            raise TargetError(f"conflicts must be 'raise' or 'drop', got '{conflicts}'")
+        fields = io_function("read_columns")(path, drop=conflicts == "drop")
+        return cls(**fields | ({"prefer": prefer} if prefer else {}))
 
     @classmethod
     def from_table(cls, table: "Table", masked: Literal["raise", "drop"] = "raise") -> "Targets":
@@ -284,7 +295,7 @@ class Targets(Frozen):
         found = solutions(plane, who, points, offset, self.parity)
         found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
         found[commanded] = np.nan
-        found[commanded, 0] = self.angles[commanded]
+        found[commanded, 0] = self._within_range(plane, who, offset)[commanded]
         found[list(agreed.apart)] = np.nan
         most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
 
@@ -297,12 +308,27 @@ class Targets(Frozen):
         why = {int(r): r not in agreed.apart and not lacks[r] for r in lost}
         unreachable = {int(who[r]): self._why_unreachable(plane, r, who, offset) for r, is_far in why.items() if is_far}
         lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
-        apart = {int(who[r]): text for r, text in agreed.apart.items()}
-        arrays = read_only(goal), read_only(alternatives)
         wished = np.zeros(plane.n, bool)
         wished[who] = ~self.assigned
-        said = apart, agreed.notes, agreed.named
-        return Solution(*arrays, unreachable, lacking, read_only(priority), *said, read_only(wished, bool))
+        return Solution(
+            goal=read_only(goal),
+            alternatives=read_only(alternatives),
+            unreachable=unreachable,
+            lacking=lacking,
+            priority=read_only(priority),
+            apart={int(who[r]): text for r, text in agreed.apart.items()},
+            notes=agreed.notes,
+            named=agreed.named,
+            wished=read_only(wished, bool),
+        )
+
+    def _within_range(self, plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """(m, 2) the angles [rad], at the end of a joint's range where that is within what counts as arrived."""
+        tip = np.fmax(np.hypot(offset[:, 0], offset[:, 1]), np.hypot(*plane.fiber[who].T))
+        lever = np.stack([plane.length[who] + tip, tip], axis=1)
+        clipped = np.clip(self.angles, plane.lower[who], plane.upper[who])
+        near = (np.abs(clipped - self.angles) * lever).sum(axis=1) <= ARRIVAL
+        return np.where(near[:, None], clipped, self.angles)
 
     def _agreement(self, plane: FocalPlane, who: np.ndarray, points: np.ndarray) -> tuple[Agreement, np.ndarray]:
         """How well angles and positions of the same rows agree, and (m,) which rows are taken as angles.
@@ -328,13 +354,12 @@ class Targets(Frozen):
         i = who[row]
         from_middle = float(np.hypot(self.x[row], self.y[row]))
         if from_middle > plane.field_radius:
-            return (
-                f"its target in {self.rows[row]} is {from_middle:.3f} mm from the middle, "
-                f"outside the field of radius {plane.field_radius:g} mm"
-            )
+            far, edge = told_apart(from_middle, plane.field_radius)
+            return f"its target in {self.rows[row]} is {far} mm from the middle, outside the field of radius {edge} mm"
         distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
         inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
-        text = f"its target in {self.rows[row]} is {distance:.3f} mm from its base, reach {inner:.3f} to {outer:.3f} mm"
+        far, low, high = told_apart(distance, inner, outer)
+        text = f"its target in {self.rows[row]} is {far} mm from its base, reach {low} to {high} mm"
         if plane.kinematics.has_avoidance:
             return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
         if inner <= distance <= outer:

@@ -32,7 +32,8 @@ def read_yanny(path: Path, struct: str, error: type[FiberplanError], content: by
     if not fields:
         raise error(f"{path}: no struct {struct} is defined: truncated, or not the Yanny file expected here")
     defined = {name.upper() for _, name in _STRUCT.findall(bare)}
-    rows, where, keywords = [], [], {}
+    rows, where = [], []
+    keywords: dict[str, str] = {}
     for number, line in _joined(lines, bare, path, error):
         word, rest = (*line.split(maxsplit=1), "")[:2]
         if word.upper() == struct.upper():
@@ -48,7 +49,7 @@ def read_yanny(path: Path, struct: str, error: type[FiberplanError], content: by
 
 
 def _joined(lines: Sequence[str], bare: str, path: Path, error: type[FiberplanError]) -> Iterator[tuple[int, str]]:
-    """Lines outside definitions with those that go on in the next one put together: the first one's number, and text."""
+    """Lines outside definitions, put together with those that they go on in: the first one's number, and text."""
     defining = {
         bare.count("\n", 0, match.start()) + 1 + k
         for match in _TYPEDEF.finditer(bare)

@@ -127,8 +127,9 @@ def _amended_problem(problem: Problem, i: int, goal: ArrayLike) -> Problem:
     dropped = {k: why for k, why in problem.dropped.items() if k != i}
     wished = np.array(problem.wished)
     wished[i] = False
-    changed = {"goal": requested, "alternatives": alternatives, "dropped": dropped, "wished": wished}
-    return dataclasses.replace(problem, **changed, conflicts="raise")
+    return dataclasses.replace(
+        problem, goal=requested, alternatives=alternatives, dropped=dropped, wished=wished, conflicts="raise"
+    )
 
 
 def _ends(plan: Plan, problem: Problem, i: int) -> np.ndarray:
