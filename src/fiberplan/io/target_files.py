@@ -1,7 +1,7 @@
 """Readers and a writer of targets: any table, and every format that is registered (`fiberplan.instruments.formats`).
 
 A table has ``x`` and ``y`` [mm] or commanded ``alpha`` and ``beta`` [deg] or both, and optionally ``positioner``,
-``priority``, ``fiber``, ``parity``, ``assigned``, ``on_target``, ``disabled`` and ``site``. Units in brackets are assumed
+``priority``, ``fiber``, ``parity``, ``assigned``, ``on_target``, ``disabled``, ``site``. Units in brackets are assumed
 where a column gives none. Surveys write a row for every robot, also where there is nothing to observe: such rows are
 refused all at once, or left out by name.
 """
