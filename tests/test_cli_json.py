@@ -15,6 +15,7 @@ from fiberplan.cli.report import cautions, lost_targets
 
 PLAN = {
     "summary", "instrument", "planner", "seed", "makespan", "lower_bound", "interrupted", "outcomes", "losses",
+    "displaced", "left_out",
     "certificate", "faults", "notes",
 }  # fmt: skip
 CERTIFICATE = {
@@ -23,6 +24,7 @@ CERTIFICATE = {
 }  # fmt: skip
 LOSS = {"positioner", "id", "outcome", "cause", "priority", "blockers", "names", "distance"}
 DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"}
+DIAGNOSIS |= {"displaced", "left_out"}
 ROW = {"name", "reference", "about"}
 SETTING = {"key", "type", "choices", "optional", "unit", "default", "help"}
 
