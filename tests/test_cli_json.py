@@ -15,6 +15,7 @@ from fiberplan.cli.report import cautions, lost_targets
 
 PLAN = {
     "summary", "instrument", "planner", "seed", "makespan", "lower_bound", "interrupted", "outcomes", "losses",
+    "displaced", "left_out",
     "certificate", "faults", "notes", "unknown",
 }  # fmt: skip
 CERTIFICATE = {
@@ -26,6 +27,7 @@ DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_b
     "assumptions",
     "unknown",
 }
+DIAGNOSIS |= {"displaced", "left_out"}
 ROW = {"name", "reference", "about"}
 SETTING = {"key", "type", "choices", "optional", "unit", "default", "help"}
 

@@ -10,7 +10,7 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
-from fiberplan.cli.report import assumptions, openings, priorities, unknown_facts
+from fiberplan.cli.report import assumptions, incomplete, openings, priorities, unknown_facts
 
 if TYPE_CHECKING:
     from fiberplan.plan import Plan
@@ -28,13 +28,16 @@ def diagnose(
     with working("diagnosing"):
         from fiberplan.plan import Plan
         from fiberplan.plan.diagnosis import diagnose as find_causes
+        from fiberplan.plan.diagnosis import displaced
 
         read = Plan.read(plan)
         diagnosis, faults = find_causes(read), read.faults()
     if json:
+        aside = {"displaced": displaced(read), "left_out": read.problem.left_out, "faults": faults}
         say_json(
             dataclasses.asdict(diagnosis)
-            | {"faults": faults, "assumptions": read.certificate.assumptions, "unknown": unknown_facts(read)}
+            | aside
+            | {"assumptions": read.certificate.assumptions, "unknown": unknown_facts(read)}
         )
     else:
         say(str(read), style="bold")
@@ -42,9 +45,9 @@ def diagnose(
             say(line, style="yellow")
         for line in (*openings(read.problem.plane, read.certificate), *assumptions(read, read.certificate)):
             say(line)
-        for line in _time(diagnosis, read):
+        for line in (*displaced(read), *read.problem.left_out, *_time(diagnosis, read)):
             say(line)
-    raise typer.Exit(1 if faults or len(read.lost) else 0)
+    raise typer.Exit(1 if faults or incomplete(read) else 0)
 
 
 def _loss(plan: "Plan", loss: "Loss") -> str:

@@ -11,7 +11,7 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names, planner_names, setting_keys
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import assumptions, cautions, findings, lost_targets, openings, plan_facts
+from fiberplan.cli.report import assumptions, cautions, findings, incomplete, lost_targets, openings, plan_facts
 from fiberplan.cli.start import (
     Jitter,
     Margin,
@@ -26,6 +26,7 @@ from fiberplan.cli.start import (
 
 Conflicts = Literal["raise", "drop"]
 Order = Literal["larger", "smaller"]
+Prefer = Literal["angles", "xy"]
 
 
 def plan(
@@ -75,6 +76,10 @@ def plan(
     park_idle: Annotated[
         bool, typer.Option("--park-idle", help="Fold whoever has no target, where that costs none.")
     ] = False,
+    prefer: Annotated[
+        Prefer | None,
+        typer.Option(help="Of rows that give angles and x, y which disagree: take these. Refused if not given."),
+    ] = None,
     seed: SeedOption = 0,
     deadline: Annotated[
         float | None,
@@ -92,13 +97,14 @@ def plan(
     with working("planning") as tell:
         from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
+        from fiberplan.plan.diagnosis import displaced
         from fiberplan.planners.parking import plan_with_parking
         from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, assignments or (), settings)
         plane, off = switched_off(FocalPlane.load(instrument), offline or ())
         leave = room(plane, margin, jitter, position_error)
-        field = Targets.read(targets, priority_order)
+        field = Targets.read(targets, priority_order, prefer, conflicts)
         problem = Problem.from_targets(
             plane,
             dataclasses.replace(field, notes=(*off, *leave.notes, *field.notes)),
@@ -123,15 +129,15 @@ def plan(
 
     if json:
         say_json(plan_facts(planned, faults) | {"settings": settings_facts(chosen), "written": written})
-        raise typer.Exit(1 if faults or len(planned.lost) else 0)
+        raise typer.Exit(1 if faults or incomplete(planned) else 0)
     say(str(planned), style="bold")
     for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
         say(line, style="yellow")
-    for note in dict.fromkeys((*cautions(plane, leave.margin), *problem.notes, *planned.notes)):
+    for note in dict.fromkeys((*cautions(plane, leave.margin), *displaced(planned), *problem.notes, *planned.notes)):
         say(f"note: {note}")
     for line in (*openings(plane, planned.certificate), *assumptions(planned, planned.certificate)):
         say(line)
     if not faults:
         say(str(planned.certificate), style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
-    raise typer.Exit(1 if faults or len(planned.lost) else 0)
+    raise typer.Exit(1 if faults or incomplete(planned) else 0)

@@ -87,6 +87,11 @@ def unknown_facts(plan: "Plan") -> list[dict[str, Any]]:
     ]
 
 
+def incomplete(plan: "Plan") -> bool:
+    """Whether a target is lost, or was given to no positioner."""
+    return bool(len(plan.lost) or plan.problem.left_out)
+
+
 def cautions(plane: "FocalPlane", margin: float) -> Iterator[str]:
     """What a proof of safety says less about than one may think."""
     if not plane.bodies:
@@ -152,7 +157,7 @@ def certificate_facts(plane: "FocalPlane", certificate: "Certificate") -> dict[s
 def plan_facts(plan: "Plan", faults: list[str]) -> dict[str, Any]:
     """What a plan does, what it loses and how it is proven."""
     from fiberplan.plan import Outcome
-    from fiberplan.plan.diagnosis import losses
+    from fiberplan.plan.diagnosis import displaced, losses
 
     plane = plan.problem.plane
     return {
@@ -165,6 +170,8 @@ def plan_facts(plan: "Plan", faults: list[str]) -> dict[str, Any]:
         "interrupted": plan.interrupted,
         "outcomes": {outcome.name: plan.outcomes.count(outcome) for outcome in Outcome},
         "losses": [asdict(loss) for loss in losses(plan)],
+        "displaced": displaced(plan),
+        "left_out": plan.problem.left_out,
         "certificate": certificate_facts(plane, plan.certificate),
         "unknown": unknown_facts(plan),
         "faults": faults,

@@ -65,6 +65,7 @@ class FocalPlane(Frozen):
     assumptions: tuple[str, ...] = ()  #: what this description rests on without a source, one sentence each
     recommended_margin: float | None = None  #: the margin to take where none is asked for [mm]
     forbidden: np.ndarray = None  # type: ignore[assignment]  #: (m, 3) x, y, radius [mm]: discs where no fiber may end
+    site: str = ""  #: the observatory where it stands, if the source says it
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ids", texts(self.ids, f"{self.name}: ids", InstrumentError))

@@ -13,8 +13,10 @@ import numpy as np
 
 from fiberplan.focal_plane.kinematics import Mounted
 from fiberplan.kernels.arms import BAR
+from fiberplan.tolerances import ARRIVAL, ROUNDING
 
-TOLERANCE = 1e-6  #: a point this far outside the annulus is on its edge [mm]
+TOLERANCE = ARRIVAL  #: a point this far out of reach is taken to its edge: tables have three decimals [mm]
+_TURN = 2 * np.pi
 
 
 def reach(plane: Mounted, who: np.ndarray, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -97,16 +99,21 @@ class TwoLink:
         allowed = np.stack([parity >= 0, (parity < 0) | ((parity == 0) & ~same)], axis=1)
         length, arm = plane.length[who, None], np.hypot(offset[:, 0], offset[:, 1])[:, None]
         delta = points - plane.base[who]
+        away = np.hypot(delta[:, 0], delta[:, 1])
         heading = np.arctan2(delta[:, 1], delta[:, 0])[:, None]
-        first = heading - np.arctan2(arm * np.sin(both), length + arm * np.cos(both))
-        alpha = first - plane.zero[who, 0, None]
-        on_axis = (
-            np.hypot(delta[:, 0], delta[:, 1]) < 1e-12
-        )  # a fiber over its own base: any alpha does, so do not turn
+        straight = (plane.zero[who, 1] + np.arctan2(offset[:, 1], offset[:, 0]))[:, None]  # a straight arm has beta
+        beta = _to_end_of_range(both - straight, plane.lower[who, 1, None], plane.upper[who, 1, None])
+        reached = np.hypot(length + arm * np.cos(beta + straight), arm * np.sin(beta + straight))
+        missed = np.abs(reached - away[:, None])  # by the end of the joint's range
+        beta = np.where(missed <= TOLERANCE, beta, both - straight)
+        missed = np.where(missed <= TOLERANCE, missed, 0.0)
+        bend = beta + straight
+        alpha = heading - np.arctan2(arm * np.sin(bend), length + arm * np.cos(bend)) - plane.zero[who, 0, None]
+        on_axis = away < 1e-12  # a fiber over its own base: any alpha does, so do not turn
         alpha = np.where(on_axis[:, None], plane.folded[who, 0, None], alpha)
-        beta = both - (plane.zero[who, 1] + np.arctan2(offset[:, 1], offset[:, 0]))[:, None]
         angles = np.where(allowed[..., None], np.stack([alpha, beta], axis=-1), np.nan)
-        return angles, TOLERANCE / np.fmax(length[:, 0] + arm[:, 0], TOLERANCE)
+        left = np.maximum(TOLERANCE - np.max(missed, axis=1, initial=0.0, where=~np.isnan(missed)), ROUNDING)
+        return angles, left / np.fmax(length[:, 0] + 2.0 * arm[:, 0], TOLERANCE)
 
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
         """Configurations (len(who), 2) [rad] whose fibers are uniform over each patrol annulus.
@@ -142,6 +149,14 @@ class TwoLink:
 
 
 TWO_LINK = TwoLink()
+
+
+def _to_end_of_range(angle: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Angles as they are where some number of turns brings them into the range, else the nearer end of it."""
+    above = np.mod(angle - lower, _TURN)
+    out = above > upper - lower
+    to_upper = above - (upper - lower)
+    return np.where(out, np.where(to_upper < _TURN - above, upper, lower), angle)
 
 
 def _bend(plane: Mounted, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:

@@ -71,7 +71,19 @@ def read_calibration(folder: str | os.PathLike) -> FocalPlane:
         aliases=tuple(robots.texts("positionerID")[k] for k in robot) if "positionerID" in robots else (),
         assumptions=(*constants["assumptions"], *absent),
         recommended_margin=constants["margin"],
+        site=_site(holes, robots),
     )
+
+
+def _site(holes: InputTable, robots: InputTable) -> str:
+    """The observatory that both tables are of, where they say it."""
+    site = ""
+    for table in (holes, robots):
+        for row, name in enumerate(table.texts("site", blank="") if "site" in table else ()):
+            if name and site and name != site:
+                raise table.fail(row, f"site is {name}, and {site} before")
+            site = name or site
+    return site
 
 
 def _column(table: InputTable, name: str, unit: str | None = None, default: str | None = None) -> np.ndarray:

@@ -64,6 +64,8 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
     about["field_radius"] = np.array([plane.field_radius])
     about["assumptions"] = [json.dumps(plane.assumptions)]
     about["margin"] = np.array([np.nan if plane.recommended_margin is None else plane.recommended_margin])
+    if plane.site:
+        about["site"] = [plane.site]
     if plane.aliases:
         rows["alias"] = plane.aliases
     for name, (values, unit) in stored(plane.kinematics).items():
@@ -115,6 +117,7 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
             field_radius=_field_radius(about),
             aliases=tuple(texts(rows, "alias")) if "alias" in rows.columns.names else (),
             forbidden=_forbidden(tables.get("FORBIDDEN")),
+            site=texts(about, "site")[0] if "site" in about.columns.names else "",
             **_stated(about),
             **joints,
         )

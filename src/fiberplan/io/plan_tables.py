@@ -73,6 +73,8 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         dropped=dropped,
         notes=tuple(said["problem"]["notes"]),
         **_circumstances(table, said["problem"], angles("start")),
+        wished=numbers(table, "wished", bool) if "wished" in table.columns.names else None,
+        left_out=tuple(said["problem"].get("left_out", ())),
     )
     owner = numbers(knots, "positioner", int)
     for k in np.flatnonzero((owner < 0) | (owner >= plane.n) | (np.diff(owner, prepend=owner[:1]) < 0))[:1]:
@@ -173,6 +175,7 @@ def _parameters(plan: Plan) -> dict[str, Any]:
             "margin": float(problem.margin),
             "conflicts": problem.conflicts,
             "notes": problem.notes,
+            "left_out": problem.left_out,
             "alternatives": alternatives,
             "near_start": problem.near_start,
             "assumptions": problem.assumptions,
@@ -230,6 +233,9 @@ def _problem_table(plan: Plan) -> fits.BinTableHDU:
     columns["position_error"], units["position_error"] = np.asarray(problem.position_error), "mm"
     if problem.state is not None:
         columns |= {"start_online": problem.state.online, "start_unknown": problem.state.unknown}
+    assert problem.wished is not None  # set on construction
+    if problem.wished.any():
+        columns["wished"] = problem.wished
     return table_hdu("PROBLEM", columns, units)
 
 

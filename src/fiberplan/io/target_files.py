@@ -1,10 +1,13 @@
 """Readers and a writer of targets: any table, and every format that is registered (`fiberplan.instruments.formats`).
 
-A table has ``x`` and ``y`` [mm] or commanded ``alpha`` and ``beta`` [deg] or both (angles win), and optionally
-``positioner``, ``priority``, ``fiber`` and ``parity``. Units in brackets are assumed where a column gives none.
+A table has ``x`` and ``y`` [mm] or commanded ``alpha`` and ``beta`` [deg] or both, and optionally ``positioner``,
+``priority``, ``fiber``, ``parity``, ``assigned``, ``on_target``, ``disabled``, ``site``. Units in brackets are assumed
+where a column gives none. Surveys write a row for every robot, also where there is nothing to observe: such rows are
+refused all at once, or left out by name.
 """
 
 import os
+import re
 import tempfile
 from pathlib import Path
 from typing import Any, Literal
@@ -24,11 +27,16 @@ from fiberplan.tables.table_reader import InputTable, input_table, one_line, rea
 META = "fiberplan"  #: key of a table's meta data under which there is more about its targets
 _WITH_META = (".ecsv", ".txt", ".dat")  # written as ECSV, which keeps them
 _PLACES = (("x", "y"), ("alpha", "beta"))
+_NOBODY = re.compile(r"(-\d+(\.0*)?|nan|none|null)?", re.IGNORECASE)  # names that name no positioner
 _PARITIES = {"right": 1.0, "left": -1.0, "any": 0.0, "": 0.0}
 
 
-def read_columns(path: str | os.PathLike) -> dict[str, Any]:
+def read_columns(path: str | os.PathLike, drop: bool = False) -> dict[str, Any]:
     """The fields of `Targets` from a file.
+
+    Args:
+        path: of the file.
+        drop: leave out rows that cannot be used, each with a note, instead of refusing the file.
 
     Raises:
         TargetError: a file, column, unit or value that cannot be used; one line that names it.
@@ -36,41 +44,118 @@ def read_columns(path: str | os.PathLike) -> dict[str, Any]:
     path = Path(path)
     content = read_whole(path, TargetError)
     known = content_format(TARGET_FILES, path, content)
-    return _columns(read_table(path, TargetError, content)) if known is None else known.read(path, content)
+    if known is not None:
+        return known.read(path, content)
+    return _columns(read_table(path, TargetError, content, wanted=_PLACES), drop)
 
 
-def _columns(table: InputTable) -> dict[str, Any]:
+def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
+    """The fields of `Targets`, of the rows that can be used."""
     has_angles = "alpha" in table or "beta" in table
     if "x" in table or "y" in table or not has_angles:
         table.require("x", "y")
     if has_angles:
         table.require("alpha", "beta")
-    unknown = np.full(len(table), np.nan)
-    blank = np.nan if has_angles else None  # where there are angles, there need be no place
-    x, y = (table.numbers(name, "mm", blank=blank) if name in table else unknown for name in ("x", "y"))
-    angles = [table.numbers(name, "rad", "deg", blank=np.nan) if has_angles else unknown for name in ("alpha", "beta")]
-    for name, values in (("x", x), ("y", y)) if has_angles else ():
-        for row in np.flatnonzero(np.isnan(values) & np.isnan(angles[0])):
-            raise table.fail(int(row), f"{name} is empty, and so are its angles")
-    fields: dict[str, Any] = {"x": x, "y": y, "angles": np.stack(angles, axis=1)}
+    unknown, faults = np.full(len(table), np.nan), dict[int, str]()
+    place = [
+        table.numbers(name, "mm", blank=np.nan, faults=faults) if name in table else unknown for name in ("x", "y")
+    ]
+    angles = [
+        table.numbers(name, "rad", "deg", blank=np.nan, faults=faults) if has_angles else unknown
+        for name in ("alpha", "beta")
+    ]
+    has_place, has_pose = (np.isfinite(pair).all(axis=0) for pair in (place, angles))
+    for row in map(int, np.flatnonzero(~has_place & ~has_pose)):
+        missing = [
+            f"{name} is {table.said(name, row)}"
+            for name, values in zip(("x", "y", "alpha", "beta"), (*place, *angles), strict=True)
+            if name in table and np.isnan(values[row])
+        ]
+        faults.setdefault(row, " and ".join(missing[:2]))
+    fields: dict[str, Any] = {"x": place[0], "y": place[1], "angles": np.stack(angles, axis=1)}
+    fields |= _optional(table, faults)
+    remarks = _remarks(table)
+    kept = np.array([row not in faults for row in range(len(table))], bool)
+    if faults:
+        remarks |= _left_out(table, faults, remarks["notes"], drop)
+    fields = {name: _rows(values, kept) for name, values in fields.items()}
+    if "site" in table:
+        remarks["site"] = _site(table)
+    return fields | remarks | {"source": table.source, "rows": _rows(table.rows, kept)}
+
+
+def _rows(values: Any, kept: np.ndarray) -> Any:
+    if isinstance(values, np.ndarray):
+        return values[kept]
+    return tuple(value for value, keep in zip(values, kept, strict=True) if keep)
+
+
+def _optional(table: InputTable, faults: dict[int, str]) -> dict[str, Any]:
+    """What a table may say of each target beside its place; rows that cannot be used are put into `faults`."""
+    fields: dict[str, Any] = {}
     if "positioner" in table:
-        fields["positioner"] = table.texts("positioner")
+        fields["positioner"] = table.texts("positioner", blank="")
+        for row, id_ in enumerate(fields["positioner"]):
+            if _NOBODY.fullmatch(id_):
+                faults.setdefault(row, f"positioner is {id_ or 'empty'}")
     if "priority" in table:
-        fields["priority"] = table.numbers("priority")
+        fields["priority"] = table.numbers("priority", faults=faults)
     if "fiber" in table:
         fields["fiber"] = table.texts("fiber", blank="")
     if "parity" in table:
         fields["parity"] = _parity(table)
+    for name, usual in (("assigned", True), ("on_target", True), ("disabled", False)):
+        if name in table:
+            fields[name] = table.flags(name, blank=usual)
+    if "on_target" in fields:
+        fields["assigned"] = fields.get("assigned", True) & fields.pop("on_target")
     if "base_x" in table and "base_y" in table:
-        fields["base"] = np.stack([table.numbers("base_x", "mm"), table.numbers("base_y", "mm")], axis=1)
-    return fields | _remarks(table) | {"source": table.source, "rows": table.rows}
+        base = [table.numbers(name, "mm", faults=faults) for name in ("base_x", "base_y")]
+        fields["base"] = np.stack(base, axis=1)
+    return fields
+
+
+def _site(table: InputTable) -> str:
+    """The observatory that all rows are of."""
+    sites = table.texts("site", blank="")
+    first = next((site for site in sites if site), "")
+    for row, site in enumerate(sites):
+        if site and site.lower() != first.lower():
+            raise table.fail(row, f"site is {site}, and {first} before")
+    return first
+
+
+def _left_out(table: InputTable, faults: dict[int, str], notes: tuple[str, ...], drop: bool) -> dict[str, Any]:
+    """Notes on rows that cannot be used, if they are to be left out, and which of them are lost targets.
+
+    A robot whose row says no place has no target, and loses none; a place that was given was wanted.
+
+    Raises:
+        TargetError: they are not to be, or there are no others; one line that counts and names them all.
+    """
+    rows = sorted(faults)
+    if not drop or len(rows) == len(table):
+        hint = "" if len(rows) == len(table) else "; --conflicts drop leaves them out"
+        if len(rows) == 1:
+            raise table.fail(rows[0], faults[rows[0]] + hint.replace("them", "it"))
+        causes: dict[str, list[str]] = {}
+        for row in rows:
+            causes.setdefault(faults[row], []).append(table.rows[row])
+        text = "; ".join(f"{', '.join(where)}: {cause}" for cause, where in causes.items())
+        raise TargetError(f"{table.source}: {len(rows)} of {len(table)} rows cannot be used: {text}{hint}")
+    places = [name for pair in _PLACES for name in pair if name in table]
+    lost = [row for row in rows if any(table.said(name, row) not in ("empty", "nan") for name in places)]
+    said = {row: f"{table.rows[row]} of {table.source} was left out: {faults[row]}" for row in rows}
+    said |= {row: f"{said[row]}; its target is lost" for row in lost}
+    return {"notes": (*notes, *said.values()), "left_out": tuple(said[row] for row in lost)}
 
 
 def _remarks(table: InputTable) -> dict[str, Any]:
     """What `write_targets` says of positioners without a target."""
     said = table.meta.get(META, {})
     try:
-        found: dict[str, Any] = {name: tuple(map(str, said.get(name, ()))) for name in ("offline", "notes")}
+        found: dict[str, Any] = {name: tuple(map(str, said.get(name, ()))) for name in ("offline", "notes", "left_out")}
+        found |= {name: said[name] for name in ("prefer", "site") if said.get(name)}
         if said.get("idle"):
             found["idle"] = np.array(said["idle"], float).reshape(-1, 2)
     except (AttributeError, TypeError, ValueError):
@@ -91,7 +176,10 @@ def columns_of(table: Table, masked: Literal["raise", "drop"]) -> dict[str, Any]
     whole = input_table(table, "table", TargetError)
     lacking = _lacking(whole) if masked == "drop" else {}
     kept = [row for row in range(len(whole)) if row not in lacking]
-    fields = _columns(input_table(table[kept], "table", TargetError, [whole.rows[row] for row in kept]))
+    if len(table) and not kept:
+        raise TargetError(f"table: none of {len(table)} rows can be used: {next(iter(lacking.values()))} is masked")
+    rows = [whole.rows[row] for row in kept]
+    fields = _columns(input_table(table[kept], "table", TargetError, rows), drop=masked == "drop")
     left_out = [f"{whole.rows[row]} of the table was left out: {what} is masked" for row, what in lacking.items()]
     return fields | {"notes": (*fields["notes"], *left_out)}
 
@@ -114,16 +202,21 @@ def table_of(targets: Targets) -> QTable:
     """Targets as `read_columns` reads them; see `Targets.to_table`."""
     columns: dict[str, Any] = {} if targets.positioner is None else {"positioner": np.array(targets.positioner, str)}
     columns |= {"x": targets.x * units.mm, "y": targets.y * units.mm}
-    if targets.commanded.any():
+    if np.isfinite(targets.angles).any():
         columns |= {"alpha": targets.angles[:, 0] * units.rad, "beta": targets.angles[:, 1] * units.rad}
     columns["priority"] = targets.priority
     if targets.fiber is not None:
         columns["fiber"] = np.array(targets.fiber, str)
     columns["parity"] = targets.parity.astype(np.int64)
+    if not targets.assigned.all():
+        columns["assigned"] = targets.assigned.astype(np.int64)
+    if targets.disabled.any():
+        columns["disabled"] = targets.disabled.astype(np.int64)
     if targets.base is not None:
         columns |= {"base_x": targets.base[:, 0] * units.mm, "base_y": targets.base[:, 1] * units.mm}
     idle = [] if targets.idle is None else targets.idle.tolist()
     said = {"offline": list(targets.offline), "idle": idle, "notes": list(targets.notes)}
+    said |= {"left_out": list(targets.left_out), "prefer": targets.prefer, "site": targets.site}
     said = {name: value for name, value in said.items() if value}
     return QTable(columns, meta={META: said} if said else {})
 

@@ -96,7 +96,8 @@ def losses(plan: "Plan") -> tuple[Loss, ...]:
     """Everyone with a target who is not at it in the end: `plan.lost`, and those that cannot move and had one."""
     plane, problem = plan.problem.plane, plan.problem
     away = _distances(plan)
-    stuck = [int(i) for i in plan.having(Outcome.OFFLINE) if away[i] > ARRIVAL]
+    assert problem.wished is not None  # set on construction
+    stuck = [int(i) for i in plan.having(Outcome.OFFLINE) if away[i] > ARRIVAL and not problem.wished[i]]
 
     def loss(i: int) -> Loss:
         dropped = problem.dropped.get(i)
@@ -119,6 +120,12 @@ def cause(plan: "Plan", i: int) -> str:
         stays = np.array_equal(plan.trajectory.start[i], plan.trajectory.end[i])
         return f"{outcome.value}; it ends {'where it starts' if stays else 'elsewhere, out of the way'}"
     return outcome.value
+
+
+def displaced(plan: "Plan") -> tuple[str, ...]:
+    """A sentence for each idle positioner that ends elsewhere than it was wished to; no target is lost by it."""
+    ids = plan.problem.plane.ids
+    return tuple(f"idle positioner '{ids[i]}' ends elsewhere than recorded: {cause(plan, i)}" for i in plan.displaced)
 
 
 def reversals(trajectory: Trajectory) -> np.ndarray:

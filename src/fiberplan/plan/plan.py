@@ -103,9 +103,13 @@ class Plan(Frozen):
 
     @property
     def lost(self) -> np.ndarray:
-        """Indices of the positioners that had a target and do not end at it, those that cannot move included."""
+        """Indices of the positioners that had a target and do not end at it, those that cannot move included.
+
+        Idle positioners have none, wherever they were wished to stand.
+        """
         asked = ~np.isnan(self.problem.requested[:, 0])
         asked[list(self.problem.dropped)] = True
+        asked &= ~self._wished
         failed = {Outcome.DROPPED, Outcome.INFEASIBLE, Outcome.DEADLOCKED}
         gone = np.array([outcome in failed for outcome in self.outcomes], bool)
         stuck = np.array([outcome is Outcome.OFFLINE for outcome in self.outcomes], bool)
@@ -114,6 +118,18 @@ class Plan(Frozen):
             away = np.linalg.norm(plane.fibers(self.trajectory.end) - plane.fibers(problem.requested), axis=1)
             gone |= stuck & ~(away <= ARRIVAL)
         return np.flatnonzero(gone & asked)
+
+    @property
+    def _wished(self) -> np.ndarray:
+        assert self.problem.wished is not None  # set on construction
+        return self.problem.wished
+
+    @property
+    def displaced(self) -> np.ndarray:
+        """Indices of the idle positioners that end elsewhere than they were wished to; no target is lost by it."""
+        wished = self._wished & ~np.isnan(self.problem.requested[:, 0])
+        there = np.array([outcome is Outcome.ARRIVED for outcome in self.outcomes], bool)
+        return np.flatnonzero(wished & self.problem.plane.online & ~there)
 
     def state_at(self, t: float) -> State:
         """Where everyone is at time `t` [s] of the motion."""
@@ -162,7 +178,7 @@ class Plan(Frozen):
         return f"<Plan of '{shortened(self.problem.plane.name)}' by {shortened(self.planner, 40)}: {self}>"
 
     def __str__(self) -> str:
-        arrived = len(self.having(Outcome.ARRIVED))
+        arrived = int((~self._wished[self.having(Outcome.ARRIVED)]).sum())
         asked = arrived + len(self.lost)
         ratio = f" ({self.makespan / self.lower_bound:.2f} x the lower bound)" if self.lower_bound > 0 else ""
         return f"{arrived} of {asked} arrived in {self.makespan:.1f} s{ratio}"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiberplan import __version__
-from fiberplan.plan.diagnosis import Loss, losses
+from fiberplan.plan.diagnosis import Loss, displaced, losses
 
 if TYPE_CHECKING:
     from fiberplan.plan.plan import Plan
@@ -23,6 +23,8 @@ def summary(plan: "Plan") -> str:
     lost = sorted(losses(plan), key=lambda loss: (-loss.priority, loss.positioner))
     for outcome in dict.fromkeys(loss.outcome for loss in lost):
         lines.extend(_listed(outcome.name.lower(), [loss for loss in lost if loss.outcome is outcome]))
+    lines.extend(displaced(plan))
+    lines.extend(plan.problem.left_out)
     lines.append(str(plan.certificate))
     return "\n".join(lines)
 

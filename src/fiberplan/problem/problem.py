@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened
+from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened, told_apart
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
@@ -44,6 +44,19 @@ def _with_unknown(plane: FocalPlane, targets: Targets, start: np.ndarray | State
             raise ProblemError(f"start: positioner '{plane.ids[bad[0]]}' has no finite angles", (int(bad[0]),))
         state = State(angles, plane.online, unknown=unsaid, source=targets.source)
     online, notes = state.online.copy(), list(state.notes)
+    disabled = targets.disabled_at(plane)
+    at, unknown = state.angles.copy(), state.unknown.copy()
+    for i, (pose, _) in disabled.items():
+        online[i] = False
+        if start is None:
+            at[i], unknown[i] = (plane.folded[i], True) if np.isnan(pose).any() else (pose, False)
+    state = State(at, online, state.position_error, unknown, state.source)
+    texts = []
+    for i, (_, row) in disabled.items():
+        alpha, beta = np.degrees(at[i])
+        texts.append(f"{plane.ids[i]} ({row}) at alpha {alpha:.6g}, beta {beta:.6g} deg")
+    if texts:
+        notes.append(f"disabled in {targets.source}, so offline where they stand: {'; '.join(texts)}")
     for id_ in targets.offline:
         i = plane.names[id_]
         online[i] = False
@@ -90,6 +103,9 @@ class Problem(Frozen):
     near_start: Literal["raise", "open"] = "raise"  #: a start nearer than the margin is refused, or opened first
     assumptions: tuple[str, ...] = ()  #: what a proof of the plan rests on, beside those of the focal plane
     state: State | None = None  #: where `start` comes from, where it is more than angles
+    wished: np.ndarray | None = None
+    """(n,) True: the goal of an idle positioner, which gives way to all others and is no target; False unless given."""
+    left_out: tuple[str, ...] = ()  #: targets that were wanted and given to no positioner, a sentence each: lost
     requested: np.ndarray = field(init=False)  #: (n, 2) the goals before any were dropped
 
     def __post_init__(self) -> None:
@@ -172,7 +188,13 @@ class Problem(Frozen):
         priority = read_only(priority, name="priority", error=ProblemError)
         if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
             raise ProblemError(f"priority must be {n} finite numbers of 0 or more")
-        object.__setattr__(self, "priority", priority)
+        wished = np.zeros(n, bool) if self.wished is None else self.wished
+        wished = read_only(wished, bool, name="wished", error=ProblemError)
+        if wished.shape != (n,):
+            raise ProblemError(f"wished must have shape ({n},), got {wished.shape}")
+        object.__setattr__(self, "wished", wished)
+        object.__setattr__(self, "left_out", tuple(self.left_out))
+        object.__setattr__(self, "priority", read_only(np.where(wished, 0.0, priority)) if wished.any() else priority)
         if not (np.isfinite(self.margin) and self.margin >= 0):
             raise ProblemError(f"margin must be a length of 0 mm or more, got {self.margin}")
         if self.conflicts not in ("raise", "drop"):
@@ -254,7 +276,7 @@ class Problem(Frozen):
                 raise ProblemError(
                     f"goal: positioners {names} touch in all configurations that reach their targets", pair
                 )
-        return cls(
+        problem = cls(
             plane,
             start=_with_unknown(plane, targets, start),  # type: ignore[arg-type]
             goal=goal,
@@ -263,11 +285,23 @@ class Problem(Frozen):
             conflicts=conflicts,
             alternatives=solution.alternatives if solution.alternatives.shape[1] else None,
             dropped={i: Dropped(f"out of reach: {why}") for i, why in solution.unreachable.items()}
-            | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()},
-            notes=targets.notes,
+            | {i: Dropped(f"no such fiber: {why}") for i, why in solution.lacking.items()}
+            | {i: Dropped(f"angles and position disagree: {why}") for i, why in solution.apart.items()},
+            notes=(*targets.notes, *solution.notes),
+            assumptions=solution.named,
+            wished=solution.wished,
+            left_out=targets.left_out,
             near_start=near_start,
             position_error=position_error,  # type: ignore[arg-type]
         )
+        if start is None:
+            problem._refuse_folded_beside(targets.disabled_at(plane))
+        return problem
+
+    def _refuse_folded_beside(self, disabled: Mapping[int, Any]) -> None:
+        """A start that nobody stated is no start where a folded arm would overlap a disabled one."""
+        inside = [c for c in self._start_contacts if c[2] < 0 and any(arm in disabled for arm in c[:2])]
+        self._refuse_contacts("start: these cannot be folded beside disabled arms; say where they stand", inside)
 
     @cached_property
     def roomy(self) -> FocalPlane:
@@ -318,10 +352,11 @@ class Problem(Frozen):
             for i in map(int, np.flatnonzero(plane.in_avoidance(angles)))
         }
         outside = np.argwhere((angles < plane.lower - allowed) | (angles > plane.upper + allowed))
+        ends = np.degrees(np.stack([angles, plane.lower, plane.upper]))
+        shown = [(i, k, told_apart(*ends[:, i, k].tolist(), digits=6, kind="g")) for i, k in outside[::-1]]
         return zones | {
-            int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {np.degrees(angles[i, k]):.6g} deg is outside "
-            f"{np.degrees(plane.lower[i, k]):.6g} to {np.degrees(plane.upper[i, k]):.6g} deg"
-            for i, k in outside[::-1]
+            int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {given} deg is outside {low} to {high} deg"
+            for i, k, (given, low, high) in shown
         }
 
     def _forbidden(self, goal: np.ndarray) -> dict[int, str]:
@@ -335,9 +370,10 @@ class Problem(Frozen):
             if disc >= 0:
                 x, y, radius = plane.forbidden[disc]
                 away = float(np.hypot(ends[i, 0] - x, ends[i, 1] - y))
+                off, size = told_apart(away, float(radius))
                 found[i] = (
-                    f"{self._name(i)}: its fiber would end {away:.3f} mm from ({x:.3f}, {y:.3f}) mm, the middle of a "
-                    f"forbidden place of radius {radius:.3f} mm"
+                    f"{self._name(i)}: its fiber would end {off} mm from ({x:.3f}, {y:.3f}) mm, the middle of a "
+                    f"forbidden place of radius {size} mm"
                 )
         return found
 
@@ -386,6 +422,8 @@ class Problem(Frozen):
     def _settle_goals(self) -> None:
         """Refuse or drop the goals that cannot be kept, and clear the rows that no planner has to reach."""
         goal, drop = self.goal.copy(), self.conflicts == "drop"
+        assert self.priority is not None  # set on construction, as `wished` is
+        assert self.wished is not None
         half = np.flatnonzero(np.isnan(goal).any(axis=1) != np.isnan(goal).all(axis=1))
         if len(half):
             raise ProblemError(f"goal: {self._name(half[0])} has only one of two angles", (int(half[0]),))
@@ -395,25 +433,24 @@ class Problem(Frozen):
         goal[~self.plane.online] = np.nan
         goal[list(self.dropped)] = np.nan
         dropped = dict(self.dropped)
-        outside = self._out_of_range(goal)
-        if outside and not drop:
-            raise ProblemError(f"goal: {next(iter(outside.values()))}", tuple(outside))
-        for i, complaint in outside.items():
-            dropped[i] = Dropped(f"out of reach: {complaint}")
-            goal[i] = np.nan
-        places = self._forbidden(goal)
-        if places and not drop:
-            raise ProblemError(f"goal: {next(iter(places.values()))}", tuple(places))
-        for i, complaint in places.items():
-            dropped[i] = Dropped(f"forbidden place: {complaint}")
-            goal[i] = np.nan
+        for what, find in (("out of reach", self._out_of_range), ("forbidden place", self._forbidden)):
+            found = find(goal)
+            refused = tuple(i for i in found if not self.wished[i])
+            if refused and not drop:
+                raise ProblemError(f"goal: {found[refused[0]]}", refused)
+            for i, complaint in found.items():
+                dropped[i] = Dropped(f"{what}: {complaint}")
+                goal[i] = np.nan
         resting = np.where(self.plane.online[:, None], goal, self.start)
         contacts = self._contacts(resting)
-        if not drop:
-            self._refuse_contacts("goal", contacts)
         can_yield = np.concatenate([self.plane.online, np.zeros(len(self.plane.obstacles), bool)])
-        assert self.priority is not None  # set on construction
-        for i, blockers in least_loss([(a, b) for a, b, _ in contacts], can_yield, self.priority).items():
+        if not drop:
+            can_yield[: self.n] &= self.wished
+            self._refuse_contacts("goal", [c for c in contacts if not can_yield[list(c[:2])].any()])
+        weight = self.priority
+        if self.wished.any():  # even a target without weight goes before a wish
+            weight = np.where(self.wished, 0.0, np.maximum(weight, np.finfo(float).tiny))
+        for i, blockers in least_loss([(a, b) for a, b, _ in contacts], can_yield, weight).items():
             texts = [self._contact_text(*c) for c in contacts if i in c[:2]]
             touched = tuple(self.plane.public(b) for b in blockers)
             dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), touched)

@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.arrays import Frozen, read_only, shortened, texts
+from fiberplan.arrays import Frozen, read_only, shortened, texts, told_apart
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import reach
+from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
+from fiberplan.tolerances import ARRIVAL
 
 if TYPE_CHECKING:
     from astropy.table import QTable, Table
@@ -36,6 +38,10 @@ class Solution(NamedTuple):
     unreachable: dict[int, str]  #: positioner -> why its target is out of reach
     lacking: dict[int, str]  #: positioner -> which fiber its target names that it does not carry
     priority: np.ndarray  #: (n,) 1 without a target
+    apart: dict[int, str]  #: positioner -> how far its target's angles and position disagree
+    notes: tuple[str, ...]  #: how well angles and positions agree
+    named: tuple[str, ...]  #: of the notes, what a proof rests on
+    wished: np.ndarray  #: (n,) goals of idle positioners, which give way to targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +59,21 @@ class Targets(Frozen):
     priority: np.ndarray = None  # type: ignore[assignment]  #: (m,) larger matters more; 1 unless given
     fiber: tuple[str, ...] | None = None  #: (m,) names; "" is the default fiber
     parity: np.ndarray = None  # type: ignore[assignment]  #: (m,) +1 right, -1 left, 0 (unless given) either
-    angles: np.ndarray = None  # type: ignore[assignment]  #: (m, 2) commanded, win over x, y; NaN where absent [rad]
+    angles: np.ndarray = None  # type: ignore[assignment]  #: (m, 2) commanded; NaN where absent [rad]
     base: np.ndarray | None = None  #: (m, 2) instead of ids: where the positioners stand [mm]
     idle: np.ndarray | None = None  #: (k, 2) with `base`: where those without a target stand [mm]
     offline: tuple[str, ...] = ()  #: ids whose position the source says is unknown
     source: str = "targets"  #: a file, for messages
     rows: tuple[str, ...] = ()  #: (m,) where each target stands in it
     notes: tuple[str, ...] = ()
+    prefer: Literal["angles", "xy"] | None = None
+    """Which to take of rows that give angles and x, y: the angles unless given, and only if the two agree."""
+    assigned: np.ndarray = None  # type: ignore[assignment]
+    """(m,) False: an idle positioner was only put there, and gives way to targets; True unless given."""
+    disabled: np.ndarray = None  # type: ignore[assignment]
+    """(m,) True: the positioner cannot move from the angles of its row; False unless given."""
+    left_out: tuple[str, ...] = ()  #: targets that were wanted and are in no row, a sentence each: they are lost
+    site: str = ""  #: the observatory whose positioners these are, if the source says it
 
     def __post_init__(self) -> None:
         m = np.size(self.x)
@@ -72,6 +86,13 @@ class Targets(Frozen):
             if value.shape != shape:
                 raise TargetError(f"{self.source}: {name} must have shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
+        for name, usual in (("assigned", True), ("disabled", False)):
+            value = np.full(m, usual) if (value := getattr(self, name)) is None else value
+            value = read_only(value, bool, name=f"{self.source}: {name}", error=TargetError)
+            if value.shape != (m,):
+                raise TargetError(f"{self.source}: {name} must have shape {(m,)}, got {value.shape}")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "left_out", tuple(self.left_out))
         for name in ("base", "idle"):
             if (value := getattr(self, name)) is not None:
                 places = read_only(value, unit="mm", name=f"{self.source}: {name}", error=TargetError)
@@ -97,8 +118,9 @@ class Targets(Frozen):
 
     @property
     def commanded(self) -> np.ndarray:
-        """(m,) whether a target is given as angles."""
-        return ~np.isnan(self.angles[:, 0])
+        """(m,) whether a target is taken as angles."""
+        given = ~np.isnan(self.angles[:, 0])
+        return given & np.isnan(self.x + self.y) if self.prefer == "xy" else given
 
     def _fail(self, row: int | np.integer, complaint: str) -> TargetError:
         return TargetError(f"{self.source}: {self.rows[row]}: {complaint}")
@@ -106,6 +128,8 @@ class Targets(Frozen):
     def _validate(self) -> None:
         if not len(self) and not self.offline:
             raise TargetError(f"{self.source}: there are no targets")
+        if self.prefer not in (None, "angles", "xy"):
+            raise TargetError(f"{self.source}: prefer must be 'angles' or 'xy', got '{self.prefer}'")
         angles = self.angles
         for row in np.flatnonzero(np.isinf(angles).any(axis=1) | (np.isnan(angles[:, 0]) != np.isnan(angles[:, 1]))):
             shown = ", ".join(f"{np.degrees(a):.6g}" for a in angles[row])
@@ -127,7 +151,13 @@ class Targets(Frozen):
                 raise self._fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
 
     @classmethod
-    def read(cls, path: str | os.PathLike, priority_order: Literal["larger", "smaller"] = "larger") -> "Targets":
+    def read(
+        cls,
+        path: str | os.PathLike,
+        priority_order: Literal["larger", "smaller"] = "larger",
+        prefer: Literal["angles", "xy"] | None = None,
+        conflicts: Literal["raise", "drop"] = "raise",
+    ) -> "Targets":
         """Read targets from any table that astropy reads, a SDSS ``confSummary*.par``, or a MOONS ``targets_K.txt``.
 
         Columns: ``x``, ``y`` [mm], or commanded ``alpha``, ``beta`` [deg]; optionally ``positioner``, ``priority``,
@@ -138,19 +168,24 @@ class Targets(Frozen):
             path: of the file.
             priority_order: which priorities matter more in the file. With "smaller" they are turned round, largest for
                 smallest, since inside larger always matters more; a note says so.
+            prefer: which to take of rows that give angles and x, y, however much they disagree.
+            conflicts: "drop" leaves out rows that cannot be used, each with a note that names it; a place in such a row
+                is a target that is lost (`left_out`).
 
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line naming it.
         """
-        targets = cls(**io_function("read_columns")(path))
-        if priority_order == "larger":
-            return targets
-        if priority_order != "smaller":
+        if conflicts not in ("raise", "drop"):
+            raise TargetError(f"conflicts must be 'raise' or 'drop', got '{conflicts}'")
+        if priority_order not in ("larger", "smaller"):
             raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
-        lowest, highest = targets.priority.min(initial=np.inf), targets.priority.max(initial=-np.inf)
+        fields = io_function("read_columns")(path, drop=conflicts == "drop")
+        targets = cls(**fields | ({"prefer": prefer} if prefer else {}))
+        if priority_order == "larger" or not len(targets):
+            return targets
+        lowest, highest = targets.priority.min(), targets.priority.max()
         note = f"in {targets.source} smaller priorities matter more: {lowest:g} counts as {highest:g}, and so on"
-        turned = lowest + highest - targets.priority
-        return dataclasses.replace(targets, priority=turned, notes=(*targets.notes, note)) if len(targets) else targets
+        return dataclasses.replace(targets, priority=lowest + highest - targets.priority, notes=(*targets.notes, note))
 
     @classmethod
     def from_table(cls, table: "Table", masked: Literal["raise", "drop"] = "raise") -> "Targets":
@@ -206,6 +241,13 @@ class Targets(Frozen):
                 raise self._fail(row, f"positioner '{plane.ids[i]}' already has a target in {self.rows[before]}")
         return who
 
+    def disabled_at(self, plane: FocalPlane) -> dict[int, tuple[np.ndarray, str]]:
+        """Positioners that cannot move -> the angles [rad] of their row (NaN: not given), and which row that is."""
+        if not self.disabled.any():
+            return {}
+        who = self.indices(plane)
+        return {int(who[r]): (self.angles[r], self.rows[r]) for r in np.flatnonzero(self.disabled)}
+
     def _standing_at(self, plane: FocalPlane) -> np.ndarray:
         """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
         assert self.base is not None
@@ -245,21 +287,27 @@ class Targets(Frozen):
     def solve(self, plane: FocalPlane) -> Solution:
         """Joint angles for every target: of several, those reached soonest from folded (ties: right elbow).
 
-        Targets given as angles are taken as they are, and have no alternatives.
+        Targets given as angles are taken as they are, and have no alternatives. Where a row gives a position beside
+        them, the two are compared.
 
         Raises:
-            TargetError: targets without positioners, or a positioner or fiber that `plane` does not have.
+            TargetError: targets without positioners, a positioner or fiber that `plane` does not have, targets of
+                another observatory, or a field of which most rows disagree by more than 0.2 mm and `prefer` is not set.
         """
+        if self.site and plane.site and self.site.lower() != plane.site.lower():
+            raise TargetError(f"{self.source}: is of {self.site}, but {plane.name} is of {plane.site}")
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
+        agreed, commanded = self._agreement(plane, who, points)
         if not plane.kinematics.has_parities and np.any(self.parity):
             row = int(np.argmax(self.parity != 0))
             raise self._fail(row, f"parity is given, but {plane.kinematics.name} arms have none")
         found = solutions(plane, who, points, offset, self.parity)
         found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
-        found[self.commanded] = np.nan
-        found[self.commanded, 0] = self.angles[self.commanded]
+        found[commanded] = np.nan
+        found[commanded, 0] = self._within_range(plane, who, offset)[commanded]
+        found[list(agreed.apart)] = np.nan
         most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
 
         goal = np.full((plane.n, 2), np.nan)
@@ -268,9 +316,44 @@ class Targets(Frozen):
         goal[who], alternatives[who], priority[who] = found[:, 0], found[:, 1:most], self.priority
         lost = np.flatnonzero(np.isnan(found[:, 0, 0]))
         lacks = np.isnan(offset).any(axis=1)
-        unreachable = {int(who[r]): self._why_unreachable(plane, int(r), who, offset) for r in lost if not lacks[r]}
+        why = {int(r): r not in agreed.apart and not lacks[r] for r in lost}
+        unreachable = {int(who[r]): self._why_unreachable(plane, r, who, offset) for r, is_far in why.items() if is_far}
         lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
-        return Solution(read_only(goal), read_only(alternatives), unreachable, lacking, read_only(priority))
+        wished = np.zeros(plane.n, bool)
+        wished[who] = ~self.assigned
+        return Solution(
+            goal=read_only(goal),
+            alternatives=read_only(alternatives),
+            unreachable=unreachable,
+            lacking=lacking,
+            priority=read_only(priority),
+            apart={int(who[r]): text for r, text in agreed.apart.items()},
+            notes=agreed.notes,
+            named=agreed.named,
+            wished=read_only(wished, bool),
+        )
+
+    def _within_range(self, plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """(m, 2) the angles [rad], at the end of a joint's range where that is within what counts as arrived."""
+        tip = np.fmax(np.hypot(offset[:, 0], offset[:, 1]), np.hypot(*plane.fiber[who].T))
+        lever = np.stack([plane.length[who] + tip, tip], axis=1)
+        clipped = np.clip(self.angles, plane.lower[who], plane.upper[who])
+        near = (np.abs(clipped - self.angles) * lever).sum(axis=1) <= ARRIVAL
+        return np.where(near[:, None], clipped, self.angles)
+
+    def _agreement(self, plane: FocalPlane, who: np.ndarray, points: np.ndarray) -> tuple[Agreement, np.ndarray]:
+        """How well angles and positions of the same rows agree, and (m,) which rows are taken as angles.
+
+        A disabled positioner stands at its angles: if its position is elsewhere, that is a target which it loses.
+        """
+        known = {name.lower(): name for name in plane.fiber_offsets}
+        fibers = [known[name.lower()] if name else "" for name in self.fiber or [""] * len(self)]
+        away = distances(plane, who, fibers, self.angles, points)
+        names = [f"{plane.ids[i]} in {row}" for i, row in zip(who, self.rows, strict=True)]
+        elsewhere = self.disabled & (away > NAMED)
+        commanded = (self.commanded | (self.disabled & ~np.isnan(self.angles[:, 0]))) & ~elsewhere
+        agreed = agreement(np.where(elsewhere, np.nan, away), names, self.source, plane.name, self.prefer)
+        return agreed, commanded
 
     def _which_fiber(self, plane: FocalPlane, row: int, i: int) -> str:
         """Which fiber the target in `row` names that positioner `i` does not carry."""
@@ -282,13 +365,12 @@ class Targets(Frozen):
         i = who[row]
         from_middle = float(np.hypot(self.x[row], self.y[row]))
         if from_middle > plane.field_radius:
-            return (
-                f"its target in {self.rows[row]} is {from_middle:.3f} mm from the middle, "
-                f"outside the field of radius {plane.field_radius:g} mm"
-            )
+            far, edge = told_apart(from_middle, plane.field_radius)
+            return f"its target in {self.rows[row]} is {far} mm from the middle, outside the field of radius {edge} mm"
         distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
         inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
-        text = f"its target in {self.rows[row]} is {distance:.3f} mm from its base, reach {inner:.3f} to {outer:.3f} mm"
+        far, low, high = told_apart(distance, inner, outer)
+        text = f"its target in {self.rows[row]} is {far} mm from its base, reach {low} to {high} mm"
         if plane.kinematics.has_avoidance:
             return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
         if inner <= distance <= outer:
@@ -307,9 +389,13 @@ class Targets(Frozen):
 
 
 def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
-    """Raise a `TargetError` that names the targets out of reach, if there are any."""
-    for what, found in (("no such fiber", solution.lacking), ("out of reach", solution.unreachable)):
-        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items()]
+    """Raise a `TargetError` that names the targets out of reach, if there are any; idle positioners have none."""
+    for what, found in (
+        ("no such fiber", solution.lacking),
+        ("angles and position disagree", solution.apart),
+        ("out of reach", solution.unreachable),
+    ):
+        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items() if not solution.wished[i]]
         if texts:
             more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
             raise TargetError(f"{source}: {what}: {'; '.join(texts[:_SHOWN])}{more}")

@@ -125,7 +125,11 @@ def _amended_problem(problem: Problem, i: int, goal: ArrayLike) -> Problem:
         alternatives = np.array(alternatives)
         alternatives[i] = np.nan  # they reach the old target
     dropped = {k: why for k, why in problem.dropped.items() if k != i}
-    return dataclasses.replace(problem, goal=requested, alternatives=alternatives, dropped=dropped, conflicts="raise")
+    wished = np.array(problem.wished)
+    wished[i] = False
+    return dataclasses.replace(
+        problem, goal=requested, alternatives=alternatives, dropped=dropped, wished=wished, conflicts="raise"
+    )
 
 
 def _ends(plan: Plan, problem: Problem, i: int) -> np.ndarray:

@@ -1,0 +1,20 @@
+"""Numbers in messages with as many digits as it takes to see that they differ."""
+
+_MOST = 15
+
+
+def told_apart(value: float, *edges: float, digits: int = 3, kind: str = "f") -> tuple[str, ...]:
+    """`value` and each of `edges` as text, with enough digits that no edge reads like the value unless it equals it.
+
+    Args:
+        value: what is complained of.
+        edges: what it is held against.
+        digits: at least so many.
+        kind: "f" counts decimals, "g" significant digits.
+    """
+    while True:
+        said, *ends = (f"{number:.{digits}{kind}}" for number in (value, *edges))
+        alike = any(end == said and edge != value for end, edge in zip(ends, edges, strict=True))
+        if not alike or digits >= _MOST:
+            return (said, *ends)
+        digits += 1
