@@ -44,9 +44,9 @@ def test_folders_and_files_that_are_no_instrument(tmp_path):
     assert "the folder is no instrument" in wanted
     assert "a folder of SDSS-V calibrations (with wokCoords.csv)" in wanted
     (tmp_path / "array.txt").write_text("")
-    assert "the file is no instrument, which is one of: a positioners.cfg of MOONS" in complaint(
-        InstrumentError, lambda: FocalPlane.load(tmp_path / "array.txt")
-    )
+    text = complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.txt"))
+    assert "the file is no instrument, which is one of: " in text
+    assert "a positioners.cfg of MOONS" in text
     (tmp_path / "array.toml").write_bytes(b"\xff\xfe\x00")
     assert "not a text file" in complaint(InstrumentError, lambda: FocalPlane.load(tmp_path / "array.toml"))
 
@@ -148,7 +148,7 @@ def test_touching_goals_are_both_named(small_plane):
     x, y = small_plane.base[3:5].mean(axis=0)
     targets = Targets([x, x + 0.5], [y, y], small_plane.ids[3:5])
     text = complaint(ProblemError, lambda: Problem.from_targets(small_plane, targets))
-    assert "'R0C2' and positioner 'R0C3' overlap by" in text
+    assert "'R0C2' and positioner 'R0C3' overlap" in text
     problem = Problem.from_targets(small_plane, targets, conflicts="drop")
     assert list(problem.dropped) == [3]
 
@@ -157,8 +157,8 @@ def test_start_in_contact(small_plane):
     start = small_plane.folded.copy()
     start[3], start[4] = (0.0, 0.0), (np.pi, 0.0)
     targets = Targets([small_plane.base[0, 0] + 10], [small_plane.base[0, 1]], small_plane.ids[:1])
-    text = complaint(ProblemError, lambda: Problem.from_targets(small_plane, targets, start=start))
-    assert text.startswith("start: positioner 'R0C2' and positioner 'R0C3' overlap by")
+    text = complaint(ProblemError, lambda: Problem.from_targets(small_plane, targets, start=start, near_start="raise"))
+    assert text.startswith("start: positioner 'R0C2' and positioner 'R0C3' overlap")
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ What differs, and why:
   none, one robot of the group is given up and folded from the beginning.
 
 Ours altogether: `losses.Losses` decides which goals are given up, in rounds that end, so that the plan still begins at
-the start and is safe; `planners.shared.resting` finds places for robots without goal; `planners.shared.straighten`
+the start and is safe; `problem.resting` finds places for robots without goal; `planners.shared.straighten`
 leaves a few knots of the many small steps.
 """
 

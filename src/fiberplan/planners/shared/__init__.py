@@ -6,7 +6,7 @@
   navigation_function, elliptic_navigation, prioritized_roadmap, amending)
 - `prepared`: problems as they come, for a planner that knows clear starts only (direct, greedy_fold,
   navigation_function, elliptic_navigation, prioritized_roadmap); `opening` here brings the near apart
-- `opening`: brings those apart that begin nearer than the margin (`prepared` here)
+- `opening`: brings those apart that begin nearer than the margin (separating, and `prepared` here)
 - `memory`: refuses what would take too much memory, before it is taken (direct, greedy_fold,
   navigation_function, prioritized_roadmap, and `recording` here)
 - `clusters`: positioners that could touch, grouped (greedy_fold, and `joint_paths` here)
