@@ -1,5 +1,6 @@
 """Why a plan is as it is: in the library and on the command line; the page's part is in test_page."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.cli.app import run
+from fiberplan.errors import PlanError
 from fiberplan.focal_plane.bodies import Obstacle
-from fiberplan.plan import Outcome, Plan
+from fiberplan.plan import Bound, Outcome, Plan
 from fiberplan.plan.diagnosis import diagnose, reversals
 from fiberplan.problem import Dropped
 from references import motion_of
@@ -44,8 +46,8 @@ def a_plan(**changes):
     outcomes[LOST] = outcomes[UNREACHED] = Outcome.DROPPED
     outcomes[GIVEN_UP], outcomes[PROVEN], outcomes[OFFLINE] = Outcome.DEADLOCKED, Outcome.INFEASIBLE, Outcome.OFFLINE
     blockers = {GIVEN_UP: (6, -1), PROVEN: (3,)}
-    notes = ("pair bound: A and B need 12.0 s even alone", "another note")
-    return Plan(problem, motion, tuple(outcomes), "none", blockers=blockers, notes=notes, **changes)
+    notes, bounds = ("a note",), (Bound((1, 2), 12.0), Bound((3,), 7.25, "fixed"))
+    return Plan(problem, motion, tuple(outcomes), "none", blockers=blockers, notes=notes, bounds=bounds, **changes)
 
 
 @pytest.fixture
@@ -128,7 +130,21 @@ def test_what_set_the_makespan(plan):
     assert found.slowest[2].needed == pytest.approx(0.3 / np.radians(30.0))
     assert found.bound_by.id == "R+1C1"
     assert found.bound_by.needed == pytest.approx(found.lower_bound) == 1.0
-    assert found.pair_bounds == ("pair bound: A and B need 12.0 s even alone",)
+    assert found.pair_bounds == (
+        "pair bound: R-1C2 and R0C1 need 12.0 s even alone (an estimate on a lattice, no proof)",
+        "fixed bound: R0C2 needs 7.2 s past what never moves (an estimate on a lattice, no proof)",
+    )
+
+
+@pytest.mark.parametrize("wrong", [((7,), 1.0), ((-1,), 1.0), ((), 1.0), ((0,), -1.0), ((0,), 1.0, "moon")])
+def test_bounds_that_make_no_sense(wrong):
+    with pytest.raises(PlanError, match="bound"):
+        dataclasses.replace(served(), bounds=(Bound(*wrong),))
+
+
+def test_bounds_are_kept_in_the_file(plan, tmp_path):
+    plan.write(tmp_path / "plan.fits")
+    assert Plan.read(tmp_path / "plan.fits").bounds == plan.bounds
 
 
 def test_the_bound_is_that_of_the_quickest_configuration():
@@ -188,7 +204,7 @@ def test_command_names_losses_and_exits_1(plan, tmp_path, capsys):
         "last to stop: R+1C1 at 5.000 s (needs 1.000 s), R+1C2 at 3.500 s (needs 1.000 s), "
         "R-1C2 at 2.000 s (needs 0.573 s)"
     ) in out
-    assert plan.notes[0] in out
+    assert plan.bounds[0].said(plan.problem.plane) in out
     assert "reversals of alpha: median 0, at most 2 (R+1C1)" in out
     assert "reversals of beta: median 0, at most 0" in out
 

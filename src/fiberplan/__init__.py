@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     )
     from fiberplan.focal_plane import Body, FocalPlane, FourBar, Obstacle
     from fiberplan.motion import Trajectory
-    from fiberplan.plan import Diagnosis, Outcome, Plan, PositionerPlan, diagnose
+    from fiberplan.plan import Bound, Diagnosis, Outcome, Plan, PositionerPlan, diagnose
     from fiberplan.planners import amend, separate
     from fiberplan.problem import Dropped, Problem, State, Targets
     from fiberplan.visuals import show
@@ -35,6 +35,7 @@ _HOME = {
     "Body": "focal_plane",
     "Certificate": "certificates",
     "Contact": "certificates",
+    "Bound": "plan",
     "Diagnosis": "plan",
     "Dropped": "problem",
     "FiberplanError": "errors",
@@ -64,6 +65,7 @@ _HOME = {
 
 __all__ = [
     "Body",
+    "Bound",
     "Certificate",
     "Contact",
     "Diagnosis",

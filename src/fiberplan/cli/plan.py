@@ -133,7 +133,15 @@ def plan(
     say(str(planned), style="bold")
     for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
         say(line, style="yellow")
-    for note in dict.fromkeys((*cautions(plane, leave.margin), *displaced(planned), *problem.notes, *planned.notes)):
+    for note in dict.fromkeys(
+        (
+            *cautions(plane, leave.margin),
+            *displaced(planned),
+            *problem.notes,
+            *planned.notes,
+            *(bound.said(plane) for bound in planned.bounds),
+        )
+    ):
         say(f"note: {note}")
     for line in (*openings(plane, planned.certificate), *assumptions(planned, planned.certificate)):
         say(line)

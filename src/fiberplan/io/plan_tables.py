@@ -4,6 +4,7 @@ Angles are in radians, lengths in mm, times in s. Goals are stored as they were 
 them, so that a plan reads back without deciding anything again.
 """
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +17,7 @@ from fiberplan.certificates.opening import Opening
 from fiberplan.errors import PlanError
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
 from fiberplan.motion import Trajectory
-from fiberplan.plan import Outcome, Plan
+from fiberplan.plan import Bound, Outcome, Plan
 from fiberplan.problem import Dropped, Problem, State
 from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
 
@@ -95,6 +96,10 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         blockers={i: tuple(others) for i, others in blockers if others is not None},
         timings=said["timings"],
         notes=tuple(said["notes"]),
+        bounds=tuple(
+            Bound(tuple(one["positioners"]), one["seconds"], one["cause"], one["proven"])
+            for one in said.get("bounds", ())
+        ),
         interrupted=bool(said.get("interrupted", False)),
     )
 
@@ -170,6 +175,7 @@ def _parameters(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "timings": dict(plan.timings),
         "notes": plan.notes,
+        "bounds": [dataclasses.asdict(bound) for bound in plan.bounds],
         "interrupted": plan.interrupted,
         "problem": {
             "margin": float(problem.margin),

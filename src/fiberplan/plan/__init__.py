@@ -4,13 +4,15 @@
 - `positioner`: what a plan says of one positioner, and of all as a table
 - `summary`: a plan in words
 - `outcomes`: what can become of a positioner, what of it the problem settles, and who was in the way
+- `bounds`: times that some need, whatever the others do
 - `seeds`: which seeds there are
 - `diagnosis`: who did not arrive and why, what set the duration, how often joints turn back
 """
 
+from fiberplan.plan.bounds import Bound
 from fiberplan.plan.diagnosis import Diagnosis, diagnose
 from fiberplan.plan.outcomes import Outcome
 from fiberplan.plan.plan import Plan
 from fiberplan.plan.positioner import PositionerPlan
 
-__all__ = ["Diagnosis", "Outcome", "Plan", "PositionerPlan", "diagnose"]
+__all__ = ["Bound", "Diagnosis", "Outcome", "Plan", "PositionerPlan", "diagnose"]

@@ -68,7 +68,7 @@ class Diagnosis:
     lower_bound: float  #: [s]
     bound_by: Slow | None  #: who of those that arrive has joints that need longest; None if nobody has to move
     slowest: tuple[Slow, ...]  #: the last to stop, the very last first
-    pair_bounds: tuple[str, ...]  #: what the planner noted of pairs that need longer together
+    pair_bounds: tuple[str, ...]  #: what the planner found of those that need longer (`Plan.bounds`), in words
     alpha: Reversals
     beta: Reversals
 
@@ -86,7 +86,7 @@ def diagnose(plan: "Plan") -> Diagnosis:
         lower_bound=plan.lower_bound,
         bound_by=_bound_by(plan),
         slowest=_slowest(plan, stops),
-        pair_bounds=tuple(note for note in plan.notes if note.startswith("pair bound:")),
+        pair_bounds=tuple(bound.said(plan.problem.plane) for bound in plan.bounds),
         alpha=_summary(alpha, stops),
         beta=_summary(beta, stops),
     )

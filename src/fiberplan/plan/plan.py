@@ -17,6 +17,7 @@ from fiberplan.arrays import Frozen, FrozenDict, shortened
 from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
+from fiberplan.plan.bounds import Bound
 from fiberplan.plan.outcomes import Outcome, contradictions
 from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_plan, positioner_plans
 from fiberplan.plan.seeds import seed_complaint
@@ -47,6 +48,7 @@ class Plan(Frozen):
     """Positioner that did not arrive -> those in its way; -1 - k is obstacle k."""
     timings: Mapping[str, float] = field(default_factory=dict)  #: CPU seconds per stage
     notes: tuple[str, ...] = ()  #: assumptions and warnings
+    bounds: tuple[Bound, ...] = ()  #: who needs longer than the joints' speeds ask for, whatever the others do
     interrupted: bool = False  #: by Ctrl-C or a deadline: what was best by then
 
     def __post_init__(self) -> None:
@@ -62,6 +64,9 @@ class Plan(Frozen):
             raise PlanError(f"positioner '{self.problem.plane.ids[i]}' begins {off[i]:.3g} rad from the stated start")
         for i, contradiction in contradictions(self.problem, self.outcomes):
             raise PlanError(f"positioner '{self.problem.plane.ids[i]}': {contradiction}")
+        object.__setattr__(self, "bounds", tuple(self.bounds))
+        for i in (i for bound in self.bounds for i in bound.positioners if not 0 <= i < n):
+            raise PlanError(f"a bound names positioner {i}, and there are {n}")
         if complaint := seed_complaint(self.seed):
             raise PlanError(complaint)
 

@@ -19,7 +19,7 @@ def summary(plan: "Plan") -> str:
     if plan.interrupted:
         lines.append("interrupted: this is the best plan found until then")
     lines.append(f"makespan {plan.makespan:.6g} s, lower bound {plan.lower_bound:.6g} s")
-    lines.extend(note for note in plan.notes if note.startswith("pair bound:"))
+    lines.extend(bound.said(plan.problem.plane) for bound in plan.bounds)
     lost = sorted(losses(plan), key=lambda loss: (-loss.priority, loss.positioner))
     for outcome in dict.fromkeys(loss.outcome for loss in lost):
         lines.extend(_listed(outcome.name.lower(), [loss for loss in lost if loss.outcome is outcome]))

@@ -17,7 +17,7 @@ from fiberplan.arrays import in_units, number
 from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
-from fiberplan.plan import Plan
+from fiberplan.plan import Bound, Plan
 from fiberplan.planners.direct.goals import Goals, goals_in_time
 from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS
 from fiberplan.planners.direct.losses import Losses
@@ -136,7 +136,8 @@ class Direct:
             seed=self.seed,
             blockers=losses.blockers(problem),
             timings=timings,
-            notes=(*problem.notes, *_bounds(problem, search), *_coarse(self.turn, search), *losses.notes(problem)),
+            notes=(*problem.notes, *_coarse(self.turn, search), *losses.notes(problem)),
+            bounds=_bounds(search),
             interrupted=interrupted,
         )
         if not losses.unproven:
@@ -175,17 +176,16 @@ class Direct:
         )
 
 
-def _bounds(problem: Problem, search: DirectSearch) -> list[str]:
+def _bounds(search: DirectSearch) -> tuple[Bound, ...]:
     """What set the makespan, if the joints' speeds did not."""
-    ids, notes = problem.plane.ids, []
+    found = []
     if search.slowest_pair is not None:
-        names = " and ".join(ids[i] for i in search.slowest_pair)
-        seconds = search.duration * search.slowest_need
-        notes.append(f"pair bound: {names} need {seconds:.1f} s even alone (an estimate on a lattice, no proof)")
+        first, second = search.slowest_pair
+        found.append(Bound((int(first), int(second)), float(search.duration * search.slowest_need)))
     if search.slowest_past_fixed is not None:
-        name, seconds = ids[search.slowest_past_fixed], search.duration * search.need_past_fixed
-        notes.append(f"{name} needs {seconds:.1f} s past what never moves (an estimate on a lattice, no proof)")
-    return notes
+        seconds = float(search.duration * search.need_past_fixed)
+        found.append(Bound((int(search.slowest_past_fixed),), seconds, "fixed"))
+    return tuple(found)
 
 
 def _coarse(turn: float, search: DirectSearch) -> list[str]:
