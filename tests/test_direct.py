@@ -250,6 +250,7 @@ def test_ctrl_c_gives_the_best_so_far(monkeypatch):
         assert len(plan.having(Outcome.ARRIVED)) == problem.n
 
 
+@pytest.mark.parametrize("name", ["repair", "place_each", "contacts_of_all", "untangled", "lengthened", "make_scratch"])
 def test_ctrl_c_at_any_moment(name, monkeypatch):
     """Before or after any of the things that the search does, for the first and second time."""
     problem = pinwheel()
@@ -360,7 +361,9 @@ def test_past_a_fixed_arm_there_is_more_time():
     assert plan.faults() == []
     assert plan.outcomes == (Outcome.ARRIVED,)
     assert plan.makespan > 1.5 * plan.lower_bound
-    assert "past what never moves" in plan.notes[-1]
+    (bound,) = plan.bounds
+    assert bound.cause == "fixed"
+    assert "past what never moves" in bound.said(plane)
 
 
 def test_clearances_asked_of_pairs_are_bounded():

@@ -5,7 +5,7 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.errors import ProblemError
-from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory
 from fiberplan.planners.separating import separate
 from fiberplan.scenes.uniform import uniform_field
@@ -313,3 +313,17 @@ def test_same_plan_twice():
     plans = [made_by(problem_of(touching_scene())) for _ in range(2)]
     assert np.array_equal(plans[0].trajectory.times, plans[1].trajectory.times)
     assert np.array_equal(plans[0].trajectory.angles, plans[1].trajectory.angles)
+
+
+def test_outlines_without_radius_that_overlap_are_seen():
+    """Two plates of no radius that cross: their distance is 0, as at a margin of 0 it may be, but they overlap."""
+    plate = [[0.0, -1.0], [15.0, -1.0], [15.0, 1.0], [0.0, 1.0]]
+    plane = hexagon(1, bodies=(Body(np.array(plate), 0.0, closed=True),))
+    _, start, (i, j) = seven(5.0, 5.0)
+    with pytest.raises(ProblemError, match=r"overlap \(clearance -1\."):
+        fp.Problem(plane, start, np.full((plane.n, 2), np.nan))
+    still = Trajectory.at_rest(start)
+    assert [c.pair for c in (*fp.verify(plane, still).contacts, *fp.verify(plane, still).undecided)] == [(i, j)]
+    plan = made_by(fp.Problem(plane, start, np.full((plane.n, 2), np.nan), near_start="open"))
+    assert plan.certificate.ok, str(plan.certificate)
+    assert plan.certificate.opening[0].clearance < -1.0

@@ -117,7 +117,7 @@ def test_amending_is_bounded_too():
     [
         (fp.planners.PrioritizedRoadmap(dt=1e-5, collision_dt=1e-5), r"that would take .* GiB, and 2 GiB are the most"),
         (fp.planners.PrioritizedRoadmap(grid=(1000, 1000)), r"7 positioners, 1e\+06 cells and 19 steps of 6 s"),
-        (fp.planners.NavigationFunction(dt=1e-6), "7 steps of 1e-06 s, and 200,000 are the most"),
+        (fp.planners.NavigationFunction(dt=1e-6), "dt 1e-06 s is so short that alpha of positioner"),
     ],
 )
 def test_settings_that_would_take_all_memory_are_refused(planner, said):

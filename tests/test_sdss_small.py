@@ -57,7 +57,7 @@ def test_what_else_the_folder_says(plane):
 
 
 def test_a_configuration_is_read_by_metrology_fibers(plane):
-    targets = Targets.read(SMALL / "confSummary-small.par")
+    targets = Targets.read(SMALL / "confSummary-small.par", prefer="angles")  # its positions are of no arm
     assert targets.positioner == ("R0C1", "R+1C1")
     assert targets.offline == ("R0C2",)
     np.testing.assert_array_equal([targets.x, targets.y], [[3.25, 12.5], [4.5, 18.75]])

@@ -41,7 +41,7 @@ def plan(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Where to start: a plan's end, a motion, a table, a record.",
+            help="A plan's end, a motion, table or record.",
         ),
     ] = None,
     start_time: StartTime = None,
@@ -73,12 +73,10 @@ def plan(
     priority_order: Annotated[
         Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
     ] = "larger",
-    park_idle: Annotated[
-        bool, typer.Option("--park-idle", help="Fold whoever has no target, where that costs none.")
-    ] = False,
+    park_idle: Annotated[bool, typer.Option("--park-idle", help="Fold idle ones where no target is lost.")] = False,
     prefer: Annotated[
         Prefer | None,
-        typer.Option(help="Of rows that give angles and x, y which disagree: take these. Refused if not given."),
+        typer.Option(help="Which counts where angles and x, y disagree; refused if not given."),
     ] = None,
     seed: SeedOption = 0,
     deadline: Annotated[

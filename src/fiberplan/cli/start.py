@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from fiberplan.focal_plane import FocalPlane
     from fiberplan.problem import Problem, State
 
-StartTime = Annotated[
-    float | None, typer.Option(metavar="S", help="Start at this moment of --start's motion (s).", min=0.0)
-]
+StartTime = Annotated[float | None, typer.Option(metavar="S", help="Moment of --start's motion to begin at.", min=0.0)]
 Offline = Annotated[
     list[str] | None,
     typer.Option(metavar="ID,ID|FILE", help="Robots that cannot move. Repeatable."),

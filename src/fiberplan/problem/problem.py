@@ -16,6 +16,7 @@ from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened, t
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
+from fiberplan.kernels.depth import signed_clearances
 from fiberplan.problem.configuration_choice import clear_goals
 from fiberplan.problem.guesses import fitted
 from fiberplan.problem.least_cover import least_loss
@@ -389,8 +390,9 @@ class Problem(Frozen):
         i, j = pairs.T
         pairs = read_only(pairs[there[i] & there[j] & (moves[i] | moves[j])], np.int64)
         gaps = clearances(plane.arms, plane.with_obstacles(angles), pairs)
-        touching = ~(gaps >= needed)
-        return [(int(a), int(b), float(gap)) for (a, b), gap in zip(pairs[touching], gaps[touching], strict=True)]
+        near = read_only(pairs[~(gaps >= needed)], np.int64)
+        depths = signed_clearances(plane.arms, plane.with_obstacles(angles), near)  # 0 would hide that outlines overlap
+        return [(int(a), int(b), float(gap)) for (a, b), gap in zip(near, depths, strict=True)]
 
     def _contact_text(self, a: int, b: int, gap: float) -> str:
         """Two that are too near; "overlap" only where surfaces do."""
