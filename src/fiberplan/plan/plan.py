@@ -48,8 +48,8 @@ class Plan(Frozen):
     """Positioner that did not arrive -> those in its way; -1 - k is obstacle k."""
     timings: Mapping[str, float] = field(default_factory=dict)  #: CPU seconds per stage
     notes: tuple[str, ...] = ()  #: assumptions and warnings
-    bounds: tuple[Bound, ...] = ()  #: who needs longer than the joints' speeds ask for, whatever the others do
     interrupted: bool = False  #: by Ctrl-C or a deadline: what was best by then
+    bounds: tuple[Bound, ...] = ()  #: who needs longer than the joints' speeds ask for, whatever the others do
 
     def __post_init__(self) -> None:
         for name in ("parameters", "blockers", "timings"):
