@@ -65,13 +65,7 @@ def fold(
     json: JsonOption = False,
 ) -> None:
     """Bring everyone to folded by the direct planner, around those who cannot move; exit 1 if not all get there."""
-
-    def plan(plane: "FocalPlane", state: "State", margin: float) -> "Plan":
-        from fiberplan.planners import Direct
-
-        return Direct(seed=seed).plan(_to_folded(plane, state, margin))
-
-    _from_a_state(plan, "folding", (instrument, start, start_time, offline, margin, output, json))
+    _from_a_state(_homeward("direct", seed), "folding", (instrument, start, start_time, offline, margin, output, json))
 
 
 def unwind(
@@ -88,13 +82,20 @@ def unwind(
 
     Exit 1 if not all get there.
     """
+    _from_a_state(
+        _homeward("greedy-fold", seed), "unwinding", (instrument, start, start_time, offline, margin, output, json)
+    )
+
+
+def _homeward(planner: str, seed: int) -> Callable[["FocalPlane", "State", float], "Plan"]:
+    """What brings everyone to folded by the planner of this name."""
 
     def plan(plane: "FocalPlane", state: "State", margin: float) -> "Plan":
-        from fiberplan.planners import GreedyFold
+        from fiberplan.planners import PLANNERS
 
-        return GreedyFold(seed=seed).plan(_to_folded(plane, state, margin))
+        return PLANNERS[planner](seed=seed).plan(_to_folded(plane, state, margin))
 
-    _from_a_state(plan, "unwinding", (instrument, start, start_time, offline, margin, output, json))
+    return plan
 
 
 def _to_folded(plane: "FocalPlane", state: "State", margin: float) -> "Problem":
