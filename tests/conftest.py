@@ -14,6 +14,7 @@ from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.problem import Problem
 
+PAPERS = ("makarem2014", "makarem2016", "sabater2018", "sayres2021")  #: that have figures
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
 
 
@@ -60,6 +61,16 @@ def calibration(shared_data):
 @pytest.fixture
 def conf_summary(shared_data):
     return shared_data / "sdss/jaeger_test_design/confSummary-test.par"
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """File name -> axes of each figure that is saved; none is written, which takes longer than what it shows."""
+    found = {}
+    for paper in PAPERS:
+        save = f"fiberplan.reproductions.{paper}.figures.save"
+        monkeypatch.setattr(save, lambda figure, path: found.update({path.name: figure.axes}))
+    return found
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from fiberplan.reproductions.makarem2014 import scenes, tables
 from fiberplan.reproductions.makarem2014.conflict import CLOSE, MADE_WAY, Conflict, find_conflict
 from fiberplan.reproductions.makarem2014.few_bits import quantized
 from fiberplan.reproductions.makarem2014.rules import LIMITED, LITERAL, REPAIRED, RULES
-from fiberplan.reproductions.makarem2014.trials import Trial, converged_at, run_clustered, run_uniform
+from fiberplan.reproductions.makarem2014.trials import Runs, Trial, converged_at, run_clustered, run_uniform
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +74,7 @@ def test_spacing_decides_for_the_printed_field():
     assert rows[0]["ours"] > rows[1]["ours"]
 
 
+@pytest.mark.small
 def test_fig7_is_a_conflict_of_three_in_which_one_makes_room():
     conflict = Conflict.of(scenes.FIG7_SEED)
     assert set(conflict.plan.outcomes) == {Outcome.ARRIVED}
@@ -106,6 +107,43 @@ def test_rows_and_figures(tmp_path):
     left = json.loads((tmp_path / "failures.json").read_text())
     assert {"field", "rings", "seed", "rule", "positioners"} == set(left[0])
     assert {item["rule"] for item in left} <= {LITERAL.name, LIMITED.name}
+
+
+@pytest.mark.small
+def test_every_experiment_on_seven_or_one(drawn, tmp_path, monkeypatch):
+    """Of seven all converge under the printed field without joint limits, three within them, and all when repaired."""
+    for name, least in (("CLUSTERED_RINGS", 0), ("SPACED_RINGS", 0), ("BITS", (4,)), ("RULES", ())):
+        monkeypatch.setattr(makarem2014, name, least)  # there is nothing to compile
+    rows = makarem2014.run(1, tmp_path, rings=[1])
+    ours = {row["quantity"]: row["ours"] for row in rows}
+    assert len(ours) == len(rows)
+    for rule, converged in ((LITERAL, 1.0), (LIMITED, 3 / 7), (REPAIRED, 1.0)):
+        assert ours[f"share of fibers that converge, uniform fields, {rule.name}"] == pytest.approx(converged)
+        assert ours[f"runs that leave someone behind, uniform fields, {rule.name}"] == (converged < 1.0)
+        assert ours[f"Fig. 6: motion time, N = 7, {rule.name} [s]"] > 0.0
+        for field in ("uniform", "chained clustered"):
+            assert ours[f"runs proven safe, {field} fields, {rule.name}"] == 1.0
+    assert ours["Fig. 7: share of the three that converge"] == 1.0
+    assert ours["Fig. 7: way that one leaves its target to make room [mm]"] > MADE_WAY
+    assert ours["Fig. 7: smallest distance of two fiber ends [mm]"] >= 2.0
+    assert ours["motions with all within the convergence distance, speeds in 4 bits, N = 1"] == 1.0
+    (left,) = json.loads((tmp_path / "failures.json").read_text())
+    assert (left["rule"], left["rings"], left["seed"], len(left["positioners"])) == (LIMITED.name, 1, 0, 4)
+    assert set(drawn) == {"fig5.png", "fig6.png", "fig7.png", "fig8.png"}
+    (ax,) = drawn["fig6.png"]
+    shown = {bars.get_label(): bars.lines[0].get_ydata().tolist() for bars in ax.containers}
+    assert shown == {rule.name: [ours[f"Fig. 6: motion time, N = 7, {rule.name} [s]"]] for rule in RULES}
+
+
+@pytest.mark.small
+def test_growth_of_computing_time_is_that_of_the_larger_fields():
+    """Made-up times that grow as the square of the number, and one of a field too small to count."""
+    sizes = {1: (7, 5.0), 9: (271, 2.71), 18: (1027, 10.27**2 / 2.71)}
+    trials = {(LITERAL, rings): [Trial(n, cpu, 1.0, 1.0, 1.0, 0, True)] for rings, (n, cpu) in sizes.items()}
+    rows = {row["quantity"]: row for row in tables.run_times(Runs(trials, ()))}
+    row = rows["Fig. 5: computing time grows as N to the power of, literal"]
+    assert row["ours"] == pytest.approx(2.0)
+    assert (row["paper"], row["n"]) == (1.0, 2)
 
 
 @pytest.mark.slow

@@ -1,13 +1,18 @@
 """Makarem2016 run again: its rows hold what is claimed of them, and lack of data is said."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
 from fiberplan.cli.app import run as command
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.planners import EllipticNavigationFunction
 from fiberplan.reproductions import makarem2016
-from fiberplan.reproductions.makarem2016 import arrays, conflict, moons
+from fiberplan.reproductions.makarem2016 import arrays, conflict, moons, runs
+from test_moons_reader import field, paf, write
+from test_moons_reader import rows as targets_of_two
 
 
 def by_quantity(rows):
@@ -84,3 +89,69 @@ def test_command_skips_what_it_has_no_data_for(monkeypatch, tmp_path, capsys):
     assert all(set(row) == {"quantity", "paper", "ours", "spread", "n"} for row in rows)
     assert {path.name for path in figures.iterdir()} == {"arrivals.png", "conflict.png", "distances.png"}
     assert "alone" in makarem2016.LEGEND
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    """Steps of a quarter of a second."""
+    monkeypatch.setattr(runs, "EllipticNavigationFunction", partial(EllipticNavigationFunction, dt=0.25))
+
+
+@pytest.fixture
+def three(monkeypatch):
+    """Of every array, three positioners next to each other."""
+    few = conflict.neighbours(3)
+
+    class Three(FocalPlane):
+        load = staticmethod(lambda name: few)
+        hexagonal = staticmethod(lambda rings, pitch: few)
+
+    monkeypatch.setattr(arrays, "FocalPlane", Three)
+
+
+@pytest.fixture
+def case_of_moons(tmp_path, monkeypatch):
+    """Three made-up positioners and targets for two of them, with what would have been published."""
+    monkeypatch.setenv("FIBERPLAN_DATA", str(tmp_path))
+    monkeypatch.setattr(moons, "SIZES", (3,))
+    monkeypatch.setattr(moons, "FIELDS", (1,))
+    folder = tmp_path / "moons" / "3"
+    folder.mkdir(parents=True)
+    write(folder, paf())
+    field(folder, targets_of_two())
+    lines = ["config,n_positioners,dnf_seconds,dnf_fsm_seconds,dnf_arrived,dnf_fsm_arrived", "1,2,0.02,0.048,1,2"]
+    write(folder.parent, lines, "published_results.csv")
+
+
+@pytest.mark.small
+@pytest.mark.usefixtures("coarse", "three", "case_of_moons")
+def test_every_experiment_on_few(drawn, tmp_path):
+    rows = by_quantity(makarem2016.run(1, tmp_path))
+    ours = {quantity: row["ours"] for quantity, row in rows.items()}
+    for mode in ("alone", "relief"):
+        for kind in ("uniform", "clustered"):
+            assert ours[f"arrived of 1025, {kind} targets, {mode}"] == 3
+            assert ours[f"contacts in all runs, {kind} targets, {mode}"] == 0
+        for buffer in ("1.5", "2"):
+            assert ours[f"share arrived in reverse, {mode}, sayres2021, buffer {buffer} mm"] == 1.0
+        assert rows[f"MOONS 3, targets 1, {mode}: arrived"]["n"] == 2
+        assert ours[f"MOONS 3, targets 1, {mode}: arrived"] == 2
+    assert rows["MOONS 3, targets 1, alone: arrived"]["paper"] == 1
+    assert rows["MOONS 3, relief: longest time to compute [s]"]["paper"] == 0.048
+    assert ours["MOONS 3: contacts in all runs"] == 0
+    assert ours["five positioners: arrived"] == 5
+    assert ours["five positioners: it leaves it by [mm]"] > 10.0
+    assert ours["five positioners: and is back at the end, off by [mm]"] < 1e-3
+    assert set(drawn) == {"arrivals.png", "conflict.png", "distances.png", "moons.png"}
+    first, *_, last = drawn["conflict.png"]
+    assert len(first.collections) == len(last.collections) > 0
+    (ax,) = drawn["moons.png"]
+    shown = {line.get_label(): line.get_ydata().tolist() for line in ax.lines}
+    assert shown == {"published, alone": [0.5], "ours, alone": [1.0], "published, relief": [1.0], "ours, relief": [1.0]}
+
+
+@pytest.mark.small
+def test_two_arms_that_need_not_care_count_for_nothing(monkeypatch):
+    monkeypatch.setattr(conflict, "EllipticNavigationFunction", partial(EllipticNavigationFunction, dt=0.5))
+    monkeypatch.setattr(conflict, "uniform_field", lambda plane, seed: plane.folded + 0.01)
+    assert [(row["ours"], row["n"]) for row in conflict.two_arms(1)] == [(None, 0), (None, 0)]

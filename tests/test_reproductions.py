@@ -10,8 +10,9 @@ from fiberplan.cli.app import run as command
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
+from fiberplan.reproductions import sayres2021
 from fiberplan.reproductions.rows import Row, mean, share, value
-from fiberplan.reproductions.sayres2021 import published, tables
+from fiberplan.reproductions.sayres2021 import published, relief, tables, trials
 from fiberplan.reproductions.sayres2021.relief import relieve, replace_until_folded
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, LITERAL, RULES, SAMPLED
 from fiberplan.reproductions.sayres2021.trials import Trial, forward, sweep, turned
@@ -134,6 +135,48 @@ def test_from_field_to_field_takes_both_folds():
 def test_relief_regimes_are_pooled(plane):
     reliefs = relieve(plane, [1.5, CROWDED], STEP, 2)
     assert len(tables.pool(reliefs, SAMPLED, "below")) == len(tables.pool(reliefs, SAMPLED, "above")) == 2
+
+
+@pytest.mark.small
+def test_sayres2021_on_three(drawn, tmp_path, monkeypatch):
+    """Every experiment at coarse steps: one field deadlocks where moves are swept, the other where no-ops are taken."""
+    three, steps = FocalPlane.hexagonal(1, 22.4).subset([0, 1, 3]), np.radians([10.0, 5.0]).tolist()
+
+    class Three(FocalPlane):
+        load = staticmethod(lambda name: three)
+
+    monkeypatch.setattr(sayres2021, "FocalPlane", Three)
+    for name, few in (("BUFFERS", [1.5, CROWDED]), ("RELIEF_BUFFERS", [CROWDED]), ("FINE_BUFFERS", [1.5])):
+        monkeypatch.setattr(sayres2021, name, few)
+    for name, step in (("STEP", steps[0]), ("FINE_STEP", steps[1]), ("TIMED_STEPS", steps[:1]), ("PATH_STEPS", steps)):
+        monkeypatch.setattr(sayres2021, name, step)
+    for module in (trials, relief):
+        monkeypatch.setattr(module, "uniform_field", lambda plane, k, *rest: uniform_field(plane, (65, 83)[k], *rest))
+
+    rows = sayres2021.run(2, tmp_path)
+    ours = {row["quantity"]: row["ours"] for row in rows}
+    assert len(ours) == len(rows)
+    for figure in (10, 11, 12, 14, 15, 16):
+        assert any(quantity.startswith(f"Fig. {figure}: ") for quantity in ours)
+        assert drawn[f"fig{figure}.png"][0].get_title(loc="left").startswith(f"Fig. {figure}: ")
+    shown = {bars.get_label(): bars.lines[0].get_ydata().tolist() for bars in drawn["fig12.png"][0].containers}
+    assert shown == {"literal": [1.0, 0.5], "sampled": [1.0, 1.0], "certified": [1.0, pytest.approx(2 / 3)]}
+    for rule, folded, stuck in ((LITERAL, 0.5, 0.5), (SAMPLED, 1.0, 0.0), (CERTIFIED, (1 / 3 + 1.0) / 2, 0.5)):
+        wide, above = f"buffer 3.00 mm, {rule.name}", f"buffers above 2.25 mm, {rule.name}"
+        assert ours[f"Fig. 12: share folded, buffer 1.50 mm, {rule.name}"] == 1.0
+        assert ours[f"Fig. 12: share folded, {wide}"] == pytest.approx(folded)
+        assert ours[f"Fig. 14: deadlock chance at 10 deg, {wide}"] == stuck
+        assert ours[f"Fig. 14: deadlock chance at 5 deg, buffer 1.50 mm, {rule.name}"] == 0.0
+        assert ours[f"Fig. 15: share of trials that need any, {above}"] == stuck
+        assert ours[f"Fig. 15: share of trials resolved, {above}"] == 1.0
+        assert (ours[f"Fig. 15: replacements in a deadlocked trial, median, {above}"] is None) == (stuck == 0.0)
+        once, after = (
+            ours[f"Fig. 16: {way} after replacements, {wide} [s]"] for way in ("fold time", "target to target")
+        )
+        assert after == pytest.approx(2.0 * once)  # of two fields: there is one move, which takes both folds
+    assert ours["motions with a contact at 10 deg, certified"] == 0.0
+    assert ours["motions proven safe at 10 deg, certified"] == 1.0
+    assert ours["Fig. 10: share of fibers never 1 mm apart between 10 deg and 5 deg"] < 1.0
 
 
 @pytest.mark.slow

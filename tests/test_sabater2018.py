@@ -1,12 +1,15 @@
 """The reproduction's parts on few plans; what it measures is in its rows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.reproductions import sabater2018
 from fiberplan.reproductions.sabater2018 import FIRST_SEED, figures, published, tables
 from fiberplan.reproductions.sabater2018.case import detailed
-from fiberplan.reproductions.sabater2018.trials import PAPER, REPLANNING, fields, run
+from fiberplan.reproductions.sabater2018.trials import CONTINUOUS, PAPER, REPLANNING, fields, run
 from fiberplan.reproductions.sabater2018.variations import CHANGES, LENGTHS, varied
 
 
@@ -44,6 +47,7 @@ def test_detailed_case_adds_up(plane, goals, tmp_path):
     assert (tmp_path / "fig13.png").stat().st_size > 10_000
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("which", LENGTHS)
 @pytest.mark.parametrize("change", CHANGES)
 def test_changed_lengths_still_make_arms(which, change, plane):
@@ -59,3 +63,36 @@ def test_changed_lengths_still_make_arms(which, change, plane):
     probe, carriage, crank, rocker = other.bodies
     ends = (other.fiber[0, 0], other.kinematics.rocker[0], other.length[0], other.kinematics.rocker[0])
     assert [body.points[-1, 0] for body in (probe, carriage, crank, rocker)] == pytest.approx(ends)
+
+
+@pytest.mark.small
+def test_every_experiment_on_two(drawn, tmp_path, monkeypatch):
+    """Two neighbours, roadmaps of few cells and edges, looks every three seconds."""
+    few = FocalPlane.load("miradas").subset(np.arange(2))
+
+    class Two(FocalPlane):
+        load = staticmethod(lambda name: few)
+
+    monkeypatch.setattr(sabater2018, "FocalPlane", Two)
+    monkeypatch.setattr(sabater2018, "LENGTHS", {"tip": "d3tip"})
+    monkeypatch.setattr(sabater2018, "CHANGES", (0.1,))
+    for name, planner in (("PAPER", PAPER), ("REPLANNING", REPLANNING), ("CONTINUOUS", CONTINUOUS)):
+        monkeypatch.setattr(sabater2018, name, replace(planner, grid=(2, 2), edges=4, collision_dt=3.0))
+    rows = sabater2018.run(1, tmp_path)
+    ours = {row["quantity"]: row["ours"] for row in rows}
+    for what in ("from park, one pass", "chained, one pass", "from park, replanning", "chained, continuous"):
+        assert ours[f"{what}: share solved in under 120 s"] == 1.0
+        assert ours[f"{what}: share proven safe by verify"] == 1.0
+        assert ours[f"{what}: most start-stops of any arm"] <= 1
+        times = [ours[f"{what}: configuration time, {name} [s]"] for name in ("least", "median", "mean", "greatest")]
+        assert len(set(times)) == 1  # of one plan
+        assert times[0] % 6.0 == 0.0
+    checks = [number for quantity, number in ours.items() if quantity.endswith(": pair checks")]
+    assert len(checks) == 2
+    assert sum(checks) == ours["detailed case: pair checks at 100 ms under way"]
+    assert checks[0] == 0  # nobody goes before it
+    assert ours["d3tip +10%: share proven safe by verify"] == 1.0
+    assert set(drawn) == {"fig11.png", "fig12.png", "fig13.png"}
+    (bar,) = [bar for bar in drawn["fig11.png"][0].patches if bar.get_height() > 0]
+    assert bar.get_height() == 1
+    assert bar.get_x() <= ours["from park, one pass: configuration time, least [s]"] < bar.get_x() + bar.get_width()

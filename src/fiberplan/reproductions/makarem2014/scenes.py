@@ -30,11 +30,7 @@ def array(rings: int) -> FocalPlane:
 
 def three() -> FocalPlane:
     """Three positioners in a triangle."""
-    plane = array(1)
-    rows = {
-        name: getattr(plane, name)[:3] for name in ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
-    }
-    return plane.replace(ids=("A", "B", "C"), base=np.array(TRIANGLE), fiber_offsets={"fiber": plane.fiber[:3]}, **rows)
+    return array(1).subset(np.arange(3)).replace(ids=("A", "B", "C"), base=np.array(TRIANGLE))
 
 
 def either_parity(plane: FocalPlane, start: np.ndarray, goal: np.ndarray) -> Problem:

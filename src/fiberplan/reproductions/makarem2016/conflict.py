@@ -17,7 +17,6 @@ SEED = 535  #: of the targets of the five
 AT_TARGET = 0.2  #: a fiber this near to its target has come to it [mm]
 SPREAD = 0.5  #: of zone sizes, where two arms show who goes first
 _SAMPLES = 600
-_PER_POSITIONER = ("length", "folded", "lower", "upper", "max_speed", "zero", "online")
 
 
 class Five(NamedTuple):
@@ -36,12 +35,7 @@ def neighbours(count: int) -> FocalPlane:
     """The `count` positioners nearest to the middle of the paper's array."""
     plane = FocalPlane.load("makarem2016")
     who = np.argsort(np.round(np.hypot(*(plane.base - plane.base.mean(axis=0)).T), 6), kind="stable")[:count]
-    return plane.replace(
-        ids=tuple(plane.ids[i] for i in who),
-        base=plane.base[who],
-        fiber_offsets={name: offset[who] for name, offset in plane.fiber_offsets.items()},
-        **{name: getattr(plane, name)[who] for name in _PER_POSITIONER},
-    )
+    return plane.subset(who)
 
 
 def five() -> Five:
