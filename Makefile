@@ -26,13 +26,9 @@ bounds: $(VENV)/.test ## the planners' promises once with every array access che
 mutants: $(VENV)/.test ## does a test notice every wrong kernel? 300 of them (OPTIONS=--sample=9999: all, an hour or more); goes on where it was stopped
 	nice $(BIN)/python tests/mutants.py $(OPTIONS)
 
-# Of other tests these are quick with the compiler off too; `small` ones are made for it.
-QUICK := $(patsubst %,tests/test_%.py,atomic cli_settings desi_reader instrument_file moons_reader outliers pfs_reader \
-	robot_table sdss_reader small_planners units)
-
 coverage: $(VENV)/.test ## statements that small tests run, kernels included: the compiler is off, and no real data
-	NUMBA_DISABLE_JIT=1 FIBERPLAN_NO_DATA=1 $(BIN)/pytest -n 2 -m "not slow" --cov --cov-report=term-missing:skip-covered \
-	    $(QUICK)
+	NUMBA_DISABLE_JIT=1 FIBERPLAN_NO_DATA=1 $(BIN)/pytest -n 2 -m "small and not large and not slow" \
+	    --cov --cov-report=term-missing:skip-covered
 
 fuzz: $(VENV)/.test ## random campaigns, three minutes; OPTIONS="--seed 1000 --only plans" for others
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(OPTIONS)

@@ -82,13 +82,13 @@ def examples(tmp_path):
     return tmp_path
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def small_plane():
     """Seven positioners, of which the middle one is R0C2."""
     return FocalPlane.hexagonal(1, 22.4)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def small_plan(small_plane):
     """All but the offline R+1C2 turn outward by a little, R0C3 has no target and one goal is dropped."""
     plane = small_plane.replace(online=np.array([True] * 6 + [False]))

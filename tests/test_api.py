@@ -20,6 +20,8 @@ from fiberplan.errors import PlanError, TargetError, TrajectoryError
 from fiberplan.scenes.clustered import clustered_targets
 from fiberplan.shaping import quantize
 
+pytestmark = pytest.mark.small
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -38,6 +40,7 @@ def test_errors_are_all_public():
     assert {*errors} - {"UnknownPositionerError"} <= set(fp.__all__)
 
 
+@pytest.mark.large
 def test_typed_example_runs_and_is_clean_for_a_strict_checker(tmp_path):
     example = Path(__file__).with_name("typed_example.py")
     spec = importlib.util.spec_from_file_location("typed_example", example)

@@ -15,6 +15,8 @@ import fiberplan
 from fiberplan.errors import PlanError
 from fiberplan.tables.atomic import write_whole
 
+pytestmark = pytest.mark.small
+
 SOURCE = Path(fiberplan.__file__).parents[1]
 
 

@@ -9,6 +9,8 @@ from fiberplan.instruments import names
 from fiberplan.io.states import read_state
 from fiberplan.problem import Problem, Targets
 
+pytestmark = pytest.mark.small
+
 HEAD = "positioner,x,y\n"
 GOOD = "R0C2,10,5\n"
 

@@ -9,6 +9,8 @@ from fiberplan.focal_plane.outlines import side
 from fiberplan.kernels.clearance import clearance
 from references import STAR, make_plane
 
+pytestmark = pytest.mark.small
+
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
 COMB = np.array([[0, 0], [9, 0], [9, 5], [8, 5], [8, 1], [6, 1], [6, 5], [5, 5], [5, 1], [3, 1], [3, 5], [0, 5]], float)
 

@@ -55,6 +55,7 @@ def test_every_help_has_examples(command, capsys, monkeypatch):
             assert all(assignment.count("=") == 1 for assignment in words if assignment.startswith("step"))
 
 
+@pytest.mark.small
 def test_there_are_examples_of_what_there_is():
     assert set(EXAMPLES) == {"", *COMMANDS}
 
@@ -73,6 +74,7 @@ def test_help_of_a_command_does_not_wait_for_arrays_and_compiler():
         assert done.returncode == 0
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("given", "hint"),
     [
@@ -93,6 +95,7 @@ def test_a_removed_option_says_what_to_type_now(given, hint, capsys):
     assert err == f"fiberplan: error: no such option: {hint}\n"
 
 
+@pytest.mark.small
 def test_an_option_that_never_was_has_no_such_hint(capsys):
     assert run(["plan", "sdss", "field.ecsv", "--garage"]) == 2
     assert run(["verify", "plan.fits", "--step", "1"]) == 2

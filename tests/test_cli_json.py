@@ -13,6 +13,8 @@ from fiberplan.cli.answers import plain
 from fiberplan.cli.app import run
 from fiberplan.cli.report import cautions, lost_targets
 
+pytestmark = pytest.mark.small
+
 PLAN = {
     "summary", "instrument", "planner", "seed", "makespan", "lower_bound", "interrupted", "outcomes", "losses",
     "displaced", "left_out",
@@ -126,6 +128,7 @@ def test_reproduce_lists_papers(capsys):
     assert "sayres2021" in told(capsys, "reproduce")
 
 
+@pytest.mark.large
 def test_warmup(capsys):
     assert told(capsys, "warmup")["seconds"] > 0
 

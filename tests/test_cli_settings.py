@@ -15,6 +15,8 @@ from fiberplan.errors import FiberplanError
 from fiberplan.planners import PLANNERS
 from fiberplan.planners.protocol import setting
 
+pytestmark = pytest.mark.small
+
 OURS = list(PLANNERS)
 UNITS = {"", "s", "mm", "deg", "1/mm^2", "rad/s mm^2"}
 

@@ -6,6 +6,8 @@ from scipy.optimize import LinearConstraint, milp
 
 from fiberplan.problem.least_cover import least_cover
 
+pytestmark = pytest.mark.small
+
 
 def brute_cover(edges, weight):
     """Least weight, then fewest, then lowest numbers, over all subsets."""

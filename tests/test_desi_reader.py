@@ -10,6 +10,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.desi import CRUISE, angles_of, petal
 from fiberplan.problem import Problem
 
+pytestmark = pytest.mark.small
+
 COLUMNS = {
     "LOCATION": None, "DEVICE_ID": None, "DEVICE_TYPE": None, "PETAL_LOC": None, "LENGTH_R1": "mm", "LENGTH_R2": "mm",
     "OFFSET_T": "deg", "OFFSET_P": "deg", "OFFSET_X": "mm", "OFFSET_Y": "mm", "PHYSICAL_RANGE_T": "deg",

@@ -15,6 +15,8 @@ from fiberplan.plan.diagnosis import diagnose, reversals
 from fiberplan.problem import Dropped
 from references import motion_of
 
+pytestmark = pytest.mark.small
+
 IDS = ("R-1C1", "R-1C2", "R0C1", "R0C2", "R0C3", "R+1C1", "R+1C2")
 LOST, GIVEN_UP, PROVEN, OFFLINE, UNREACHED = 0, 1, 2, 3, 4
 

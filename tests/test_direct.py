@@ -51,6 +51,7 @@ def test_few_knots_and_no_dithering():
     assert reversals.max() <= 6
 
 
+@pytest.mark.small
 def test_a_lone_positioner_takes_exactly_its_time():
     """No detour, no rounding up to whole steps."""
     plane = fp.FocalPlane.hexagonal(0, 22.4)
@@ -60,6 +61,7 @@ def test_a_lone_positioner_takes_exactly_its_time():
     assert len(plan.trajectory.times) <= 3
 
 
+@pytest.mark.small
 def test_standing_still():
     plane = hexagon()
     plan = fp.planners.Direct().plan(fp.Problem(plane, plane.folded, plane.folded))
@@ -82,6 +84,7 @@ def test_one_without_a_goal_makes_room():
     assert np.abs(plan.trajectory.end[1] - start[1]).max() > 10 * DEG
 
 
+@pytest.mark.small
 def test_one_without_a_goal_stays_where_it_is_in_nobodys_way():
     plane = row(2)
     start = np.radians([[120.0, 60.0], [0.0, 60.0]])
@@ -162,6 +165,7 @@ def test_a_slow_goal_with_a_quick_alternative_is_in_time(alternative, goal):
     assert plan.makespan <= in_time
 
 
+@pytest.mark.small
 def test_late_for_want_of_room_is_no_proof():
     """The only configuration in time touches the other's only goal."""
     problem = contested((np.nan, np.nan), (180.0, 0.0))
@@ -174,6 +178,7 @@ def test_late_for_want_of_room_is_no_proof():
     assert too_short.outcomes[0] is Outcome.INFEASIBLE
 
 
+@pytest.mark.small
 def test_max_time_may_be_the_time_of_a_move_at_full_speed():
     """Planners keep a hair below the speed limit; what a motion at the limit does is not proven impossible."""
     plane = fp.FocalPlane.hexagonal(0, 22.4)
@@ -199,6 +204,7 @@ def with_alternatives(extra):
     return plane, start, goal, np.radians(np.array(extra, float))
 
 
+@pytest.mark.small
 def test_wraps_and_parities_shorten_the_move():
     """Alpha may turn beyond 360 deg, so 370 and 10 deg are one direction; the nearer is taken."""
     plane, start, goal, _ = with_alternatives([[0.0, 0.0]])
@@ -213,6 +219,7 @@ def test_wraps_and_parities_shorten_the_move():
     np.testing.assert_allclose(short.trajectory.end[0], np.radians([10.0, 60.0]), atol=1e-12)
 
 
+@pytest.mark.small
 def test_an_alternative_that_touches_is_not_taken():
     plane, start, goal, _ = with_alternatives([[0.0, 0.0]])
     goal[0], goal[1] = np.radians([200.0, 100.0]), np.radians([180.0, 0.0])
@@ -323,6 +330,7 @@ def searched(problem, **settings):
     return search
 
 
+@pytest.mark.small
 def test_settling_gives_up_the_least_and_holds_at_last():
     """Two stiff arms that sweep the same sector; the left one matters more."""
     ranges = {"lower": np.radians([[-90.0, 0.0], [40.0, 0.0]]), "upper": np.radians([[140.0, 1.0], [270.0, 1.0]])}
@@ -344,6 +352,7 @@ def test_settling_gives_up_the_least_and_holds_at_last():
     assert search.touching == 0
 
 
+@pytest.mark.small
 def test_one_that_never_had_a_goal_is_held_and_not_lost():
     plane = row(2)
     start = np.radians([[120.0, 60.0], [0.0, 60.0]])
@@ -353,6 +362,7 @@ def test_one_that_never_had_a_goal_is_held_and_not_lost():
     assert search.given_up == {}
 
 
+@pytest.mark.small
 def test_past_a_fixed_arm_there_is_more_time():
     """The long way around a post takes longer than the joints need, and the plan says so."""
     plane = fp.FocalPlane.hexagonal(0, 22.4)
@@ -420,6 +430,7 @@ def test_other_speeds_lengths_and_ranges():
     assert len(plan.having(Outcome.ARRIVED)) >= 0.9 * plane.online.sum()
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("settings", "said"),
     [

@@ -13,6 +13,8 @@ from fiberplan.visuals import style
 from fiberplan.visuals.figures import blank, draw_plan, rounded, save
 from test_page import MIXED, small_plan
 
+pytestmark = pytest.mark.small
+
 # linear RGB as seen without the long- or the middle-wavelength cones (Machado, Oliveira and Fernandes 2009, severity 1)
 VISION = {
     "full": np.eye(3),
@@ -61,6 +63,7 @@ def test_draws_a_plan(tmp_path, time, bodies):
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.large
 def test_moments_differ(tmp_path):
     for time in (0.0, 16.0):
         draw_plan(small_plan(), tmp_path / f"{time}.png", time)

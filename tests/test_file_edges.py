@@ -25,6 +25,8 @@ from fiberplan.planners import PLANNERS
 from fiberplan.problem import Problem, Targets
 from fiberplan.tables.table_reader import read_table
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture
 def path(tmp_path, small_plan):
@@ -59,6 +61,7 @@ def complaint(kind, act):
 # read once
 
 
+@pytest.mark.large
 def test_a_plan_that_is_replaced_while_it_is_read_is_one_or_the_other(path, small_plan):
     other = Plan(small_plan.problem, Trajectory.at_rest(small_plan.problem.start), small_plan.outcomes, "none")
     done, contents = threading.Event(), [path.read_bytes()]

@@ -6,6 +6,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body
 from references import links, make_plane, varied_plane
 
+pytestmark = pytest.mark.small
+
 ARM = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)
 
 

@@ -13,6 +13,8 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.locate import Lines
 
+pytestmark = pytest.mark.small
+
 ALL = """format = 1
 name = "mine"
 positioners = "mine.csv"

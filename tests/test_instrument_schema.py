@@ -5,10 +5,13 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fiberplan import instruments
 from fiberplan.cli.app import run
 from fiberplan.instruments.definition_model import schema
+
+pytestmark = pytest.mark.small
 
 BUILTIN = sorted((Path(instruments.__file__).parent / "builtin").glob("*.toml"))
 RULES = {

@@ -6,6 +6,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.instruments import names
 
+pytestmark = pytest.mark.small
+
 TOML = """
 format = 1
 name = "tiny"
@@ -33,6 +35,7 @@ radius = 1.5
 """
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("name", "n", "obstacles"),
     [
@@ -67,6 +70,7 @@ def test_numbers_of_the_papers():
     np.testing.assert_allclose(np.degrees(FocalPlane.load("sdss").max_speed[0]), 12.0)
 
 
+@pytest.mark.large
 def test_makarem2014_has_both_parities_and_the_disc_of_its_safety_distance():
     plane = FocalPlane.load("makarem2014")
     np.testing.assert_array_equal(plane.length, 3.0)

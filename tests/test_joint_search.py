@@ -30,6 +30,7 @@ def as_motion(plane, angles, members, path):
     return fp.Trajectory.from_samples(times * (1 + 1e-9), samples)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("seed", range(3))
 def test_two_arms_exchange_sides(seed):
     """One has to make room for the other: an even move of both together goes right through."""
@@ -58,6 +59,7 @@ def test_no_way_is_said_and_blamed():
     assert blame.argmax() == 6
 
 
+@pytest.mark.small
 def test_from_a_place_to_itself_is_no_motion():
     plane, members = two()
     angles = np.array([[281.0, 115.0], [218.0, 35.0]]) * DEG

@@ -8,6 +8,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.moons_zones import INSET
 from fiberplan.problem import Problem, Targets
 
+pytestmark = pytest.mark.small
+
 COMMON = {
     "LENGTH1": 8, "LENGTH2": 17, "WIDTH1": 8, "WIDTH2": 4, "LOW1": -180, "HIGH1": 180, "LOW2": -180, "HIGH2": 150,
     "MINDIST": 4, "B1": 5.25, "TB2": 2, "TB3": 8.25, "TW1": 4, "TW2": 3, "DL": 8, "DW": 4, "SAFETY": 0.5,

@@ -6,6 +6,8 @@ import pytest
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.outliers import one_place_only, unusual
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture
 def scattered():

@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,11 +19,14 @@ from fiberplan.visuals import show
 from fiberplan.visuals.page import SCRIPTS, render
 from fiberplan.visuals.page_data import page_data, proven_clearance
 
+pytestmark = pytest.mark.small
+
 HOSTILE = '</script><img src=x onerror="window.hit=1">&amp;<!--'
 CENTRE, RIGHT = 9, 10  # of the second ring's middle row
 LOST, OFFLINE, IDLE, STUCK = 0, 4, 7, 12
 
 
+@cache
 def small_plan(touching: bool = False, **changes) -> Plan:
     """19 positioners of which one is offline, one idle, one dropped and one stuck; the middle two may collide."""
     plane = FocalPlane.hexagonal(2, 22.4, name="small array")
@@ -169,6 +173,7 @@ def test_statement(touching, words):
     assert page_data(small_plan(touching))["certificate"]["statement"].startswith(words)
 
 
+@pytest.mark.large
 def test_five_thousand_positioners_stay_light():
     plane = FocalPlane.hexagonal(40, 22.4)
     problem = Problem(plane, plane.folded * [1.0, 0.9], np.full((plane.n, 2), np.nan))

@@ -7,6 +7,8 @@ from fiberplan.errors import InstrumentError, ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.problem import Problem, Targets
 
+pytestmark = pytest.mark.small
+
 MAP = """\\cob  fld   mod      x        y    fiberId  sunss
    -    -     -      -        -          1   emp
    3    1     1   -6.928   -4.000        2   d2

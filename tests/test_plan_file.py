@@ -13,6 +13,8 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import Direct
 from fiberplan.problem import Problem, State
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture
 def path(tmp_path, small_plan):

@@ -11,6 +11,8 @@ from fiberplan.plan.diagnosis import displaced, losses
 from fiberplan.planners import Direct
 from fiberplan.problem import Problem, Targets
 
+pytestmark = pytest.mark.small
+
 POSES = np.radians([[20.0, 150.0], [200.0, 150.0], [80.0, 120.0], [300.0, 100.0], [10.0, 90.0]])
 TYPEDEF = """#%yanny
 observatory {site}   # where
@@ -118,6 +120,7 @@ def test_observatories_are_compared(tmp_path, small_plane):
         Targets.read(table)
 
 
+@pytest.mark.large
 def test_disabled_robots_stand_where_the_record_says(tmp_path, small_plane):
     path = record(tmp_path / "a.par", small_plane, POSES, assigned=small_plane.ids[:5], disabled=("R0C1",))
     targets = Targets.read(path)
@@ -144,6 +147,7 @@ def test_folded_start_inside_a_disabled_arm_is_refused(small_plane):
         Problem.from_targets(small_plane, targets)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("conflicts", ["raise", "drop"])
 @pytest.mark.parametrize("assigned", [0, 1])
 def test_of_two_that_touch_the_idle_one_gives_way(tmp_path, small_plane, assigned, conflicts):

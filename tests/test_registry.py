@@ -120,6 +120,7 @@ def test_ours_come_first_in_a_fixed_order(plugin, tmp_path):
     assert json.loads(done.stdout) == [*ours, "broken", "stand-still"]
 
 
+@pytest.mark.small
 def test_a_registry_reads_like_a_mapping():
     colours: Registry[int] = Registry("colour", "fiberplan.tests.colours", ("red", "blue"))
     colours.register("green")(3)
@@ -137,6 +138,7 @@ def test_a_registry_reads_like_a_mapping():
         colours.find("x")
 
 
+@pytest.mark.small
 def test_planners_cannot_be_changed():
     with pytest.raises(TypeError):
         PLANNERS["mine"] = None

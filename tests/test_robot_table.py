@@ -8,6 +8,8 @@ from astropy.table import QTable
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 
+pytestmark = pytest.mark.small
+
 TABLE = """# base_x: mm
 # alpha_lower: deg
 positioner,base_x,base_y,length,fiber_x,alpha_lower,alpha_upper,beta_lower,beta_upper,radius,online

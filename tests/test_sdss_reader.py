@@ -8,6 +8,8 @@ from fiberplan.errors import InstrumentError, ProblemError
 from fiberplan.focal_plane import Body, FocalPlane
 from fiberplan.problem import Problem, Targets
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture
 def folder(tmp_path, calibration):

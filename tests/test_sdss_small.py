@@ -10,6 +10,8 @@ from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.problem import Problem, Targets
 
+pytestmark = pytest.mark.small
+
 SMALL = Path(__file__).parent / "fixtures" / "sdss"
 #: hole -> (hole's centre, x axis, place in the hole's frame, first link, alpha and beta offset [deg], metrology fiber)
 ROBOTS = {

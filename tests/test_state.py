@@ -10,6 +10,7 @@ from fiberplan.scenes.uniform import uniform_field
 from problems import hexagon
 
 
+@pytest.mark.small
 def test_defaults():
     plane = hexagon(1)
     state = State.folded(plane)
@@ -20,6 +21,7 @@ def test_defaults():
     assert repr(state) == "<State of 7 positioners, 7 online, 0 unknown>"
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
@@ -37,6 +39,7 @@ def test_refused(changes, match):
         State(**({"angles": hexagon(1).folded} | changes))
 
 
+@pytest.mark.small
 def test_state_of_another_array():
     with pytest.raises(ProblemError, match="7 positioners for 19"):
         fp.Problem(hexagon(2), State.folded(hexagon(1)), np.full((19, 2), np.nan))

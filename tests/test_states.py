@@ -12,6 +12,8 @@ from fiberplan.errors import PlanError, ProblemError
 from fiberplan.io import EXPORTS, read_state
 from test_moons_reader import PITCH, field, paf, write
 
+pytestmark = pytest.mark.small
+
 SMALL = Path(__file__).parent / "fixtures" / "sdss"
 ANGLES = ["R-1C1,10,170", "R-1C2,20,170", "R0C1,30,170", "R0C2,40,170", "R0C3,50,170", "R+1C1,60,170", "R+1C2,70,170"]
 

@@ -11,6 +11,8 @@ from fiberplan.errors import TargetError
 from fiberplan.problem import Problem, Targets
 from fiberplan.tables.table_reader import nearest
 
+pytestmark = pytest.mark.small
+
 ROWS = [("R0C2", 3.5, 10.25), ("R0C3", 22.0, -9.0)]
 
 

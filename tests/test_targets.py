@@ -13,6 +13,8 @@ from fiberplan.io.states import read_state
 from fiberplan.problem import Problem, Targets
 from fiberplan.tolerances import ARRIVAL
 
+pytestmark = pytest.mark.small
+
 angle = st.floats(-np.pi, np.pi)
 
 
@@ -29,6 +31,7 @@ def one_arm(l1, offset, zero, lower=(0.0, -np.pi), upper=(2 * np.pi, np.pi)):
     )
 
 
+@pytest.mark.large
 @settings(deadline=None, max_examples=200)
 @given(st.floats(0.5, 20.0), st.floats(0.5, 20.0), st.floats(-2.0, 2.0), angle, angle, st.floats(0.0, 6.28), angle)
 def test_inverse_kinematics_round_trip(l1, along, across, zero_a, zero_b, alpha, beta):

@@ -4,8 +4,12 @@ import ast
 from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
 import fiberplan
 from fiberplan import tolerances
+
+pytestmark = pytest.mark.small
 
 PACKAGE = Path(fiberplan.__file__).parent
 LENGTHS = ("ROUNDING", "SLACK", "EQUALITY", "SCENE", "NEAR")

@@ -7,6 +7,8 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.motion import Trajectory
 from references import motion_of, sampled
 
+pytestmark = pytest.mark.small
+
 
 def random_motion(seed, n=4, first=0.0):
     """Ragged knots; the earliest of all is at `first`, some positioners begin later and all end when they like."""

@@ -22,6 +22,8 @@ from fiberplan.scenes.clustered import clustered_targets
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.shaping import quantize
 
+pytestmark = pytest.mark.small
+
 
 def row(value):
     """Of whatever kind, as an array of plain numbers."""
