@@ -14,6 +14,13 @@ def hexagon(rings=2, **changes):
     return fp.FocalPlane.hexagonal(rings, PITCH, **changes)
 
 
+def narrow_exchange():
+    """Two exchange sides in joint ranges that leave room for little else, so that there is little to search."""
+    there = decisive.exchange()
+    ranges = {"lower": np.radians([[125.0, 30.0], [20.0, 30.0]]), "upper": np.radians([[290.0, 180.0], [225.0, 180.0]])}
+    return fp.Problem(there.plane.replace(folded=there.start, **ranges), there.start, there.goal)
+
+
 def field_to_field(margin=0.0, rings=4, seed=0):
     plane = hexagon(rings)
     return fp.Problem(plane, uniform_field(plane, seed, margin), uniform_field(plane, seed + 100, margin), margin)

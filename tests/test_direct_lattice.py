@@ -22,6 +22,7 @@ from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.scenes.decisive import exchange
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
+from problems import narrow_exchange
 
 DEG = np.pi / 180.0
 
@@ -225,7 +226,15 @@ def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch
 
 @pytest.mark.parametrize("turn", [36.0, 30.0])
 def test_pairs_need_as_many_steps_as_breadth_first_says(turn):
-    problem = exchange()
+    as_breadth_first_says(exchange(), turn)
+
+
+@pytest.mark.small
+def test_pairs_in_narrow_ranges_too():
+    as_breadth_first_says(narrow_exchange(), 45.0)
+
+
+def as_breadth_first_says(problem, turn):
     plane, start, goal = problem.plane, problem.start, problem.goal
     lattice = lattice_of(plane, start, goal, turn * DEG, 3)
     scratch = make_scratch(lattice)

@@ -263,6 +263,7 @@ def test_time_is_limited(crowd):
         assert plan.faults() == []
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
@@ -282,12 +283,14 @@ def test_settings_are_checked(settings, said):
     assert said in str(error.value)
 
 
+@pytest.mark.small
 def test_four_bars_are_refused():
     plane = fp.FocalPlane.load("miradas")
     with pytest.raises(ProblemError, match="four-bar arms of miradas"):
         ALONE.plan(fp.Problem(plane, plane.folded, plane.folded))
 
 
+@pytest.mark.small
 def test_a_step_across_the_patrol_zone_is_refused():
     plane = nearest_to_the_middle(2)
     problem = fp.Problem(plane, plane.folded, plane.folded)

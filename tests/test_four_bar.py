@@ -86,6 +86,7 @@ def test_inverse_kinematics_finds_every_solution(seed, theta1, theta2):
     assert np.all(found[:, 0] >= plane.lower[0, 0])
 
 
+@pytest.mark.small
 def test_most_points_have_several_solutions():
     plane = four_bar_plane(np.random.default_rng(3), n=1, longest=(100.0, 120.0), shortest=(1.0, 1.1))
     plane = plane.replace(lower=np.zeros((1, 2)), upper=np.full((1, 2), 2 * np.pi), folded=plane.folded % (2 * np.pi))
@@ -274,6 +275,7 @@ def test_zone_between_knots_is_found_with_its_time():
     assert found >= 8
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -215,6 +215,7 @@ def test_steps_that_overshoot_are_noted():
     assert len(slow.plan(problem).lost) == 0
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("settings", "said"),
     [

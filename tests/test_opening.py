@@ -97,6 +97,7 @@ def test_proof_without_leave_to_open_still_fails():
     assert [c.pair for c in certificate.contacts] == [made[2]]
 
 
+@pytest.mark.small
 def test_refused_unless_asked_and_the_line_tells_the_way_out():
     with pytest.raises(ProblemError) as refused:
         problem_of(near(), near_start="raise")
@@ -232,6 +233,7 @@ def test_a_joint_a_little_out_of_range_comes_back(planner):
     assert all(o is fp.Outcome.ARRIVED for o in plan.outcomes)
 
 
+@pytest.mark.small
 def test_far_out_of_range_is_refused():
     plane = hexagon(1)
     start = plane.folded.copy()
@@ -250,6 +252,7 @@ class TestSeparate:
         assert moved <= set(pair)
         assert moved
 
+    @pytest.mark.small
     def test_nothing_to_do(self):
         plane = hexagon(1)
         plan = separate(plane, plane.folded, MARGIN)
@@ -265,6 +268,7 @@ class TestSeparate:
         assert plan.outcomes[i] is fp.Outcome.OFFLINE
         assert_only_opens(plan, (i, j))
 
+    @pytest.mark.small
     def test_wedged_is_named_with_what_is_in_the_way(self):
         """Both beta joints cannot turn, nor alpha: nothing parts the two."""
         plane, start, (i, j) = touching_scene()

@@ -112,6 +112,7 @@ def test_amending_is_bounded_too():
         amend(plan, 3, goal, longer=1e9)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("planner", "said"),
     [

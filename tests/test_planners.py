@@ -172,6 +172,7 @@ def test_dropped_goal_stands_elsewhere():
     assert np.any(plan.trajectory.end[0] != plane.folded[0])
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("settings", "said"),
     [

@@ -283,6 +283,7 @@ def test_same_planner_on_37_alpha_beta_positioners():
     assert start_stops(plan.trajectory).max() <= 1
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("settings", "words"),
     [

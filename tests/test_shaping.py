@@ -65,6 +65,7 @@ def test_most_end_exactly_at_their_goals(plane, plans):
     np.testing.assert_allclose(off, report.final_error, atol=1e-12)
 
 
+@pytest.mark.small
 def test_units_put_start_and_goal_on_the_lattice_without_losing_speed():
     turn = np.array([[1.0, -2.0], [0.0, 0.0123]])
     speed = np.full((2, 2), 3.0)
@@ -126,6 +127,7 @@ def test_offline_and_resting_positioners_receive_nothing(plane, plans):
     assert nothing.bits_per_positioner == 0
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("bits", "settings", "said"),
     [
@@ -143,6 +145,7 @@ def test_bad_settings(plane, bits, settings, said):
     assert said in str(error.value)
 
 
+@pytest.mark.small
 def test_another_focal_plane_is_refused(plane):
     with pytest.raises(TrajectoryError, match="61 positioners, the focal plane 7"):
         quantize(fp.Trajectory.at_rest(plane.folded), 4, plane=fp.FocalPlane.hexagonal(1, 10.0))

@@ -96,6 +96,25 @@ def test_room_for_clocks_and_a_recommended_margin(folder, capsys):
     assert "note: clocks that are off by 0.01 s are planned for as arms that are off by up to" in out
 
 
+def test_one_without_a_target_is_parked(folder, capsys):
+    table("one.csv", {"P0": GOAL["P0"]})
+    out = told(capsys, 0, "plan", "two.fits", "one.csv", *FOLDING, "--park-idle", "-o", "p.fits")
+    assert out.startswith("1 of 1 arrived")
+    assert "note: parked: 1 of 1 without a target are folded" in out
+    plan = fp.Plan.read("p.fits")
+    np.testing.assert_allclose(np.degrees(plan.end.angles[1]), [0, 180], atol=1e-6)
+    assert plan.outcomes == (fp.Outcome.ARRIVED, fp.Outcome.NO_TARGET)
+
+
+def test_instruments(capsys):
+    said = json.loads(told(capsys, 0, "instruments", "miradas", "--json"))
+    assert (said["positioners"], said["online"], said["bodies"]) == (12, 12, 4)
+    out = told(capsys, 0, "instruments", "miradas")
+    assert "12" in out
+    assert "deg" in out
+    assert "miradas" in told(capsys, 0, "instruments")
+
+
 def test_a_motion_is_proven_on_another_description_of_the_array(folder, capsys):
     planned(capsys, 0, "-o", "p.fits")
     plane = fp.FocalPlane.load("two.fits")

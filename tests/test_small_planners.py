@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
+from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
 from fiberplan.planners import PLANNERS, amend
 from fiberplan.planners.amending import rerouting
 from fiberplan.planners.direct import planner as direct_planner
 from fiberplan.planners.direct import search, untangle
+from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.greedy_fold import joint_relief
+from fiberplan.planners.shared import joint_paths
 from fiberplan.planners.shared.rrt_connect import joint_path
-from fiberplan.scenes.decisive import exchange, pinwheel, row
+from fiberplan.problem.resting import place_the_rest
+from fiberplan.scenes.decisive import aside, exchange, pinwheel, row
+from problems import narrow_exchange
 
 pytestmark = pytest.mark.small
 FIELD = {"D": 6.0, "d": 3.0, "dt": 0.1}
@@ -68,6 +73,72 @@ def arrives(plan):
 )
 def test_two_exchange_sides(name, settings):
     arrives(PLANNERS[name](**settings).plan(exchange()))
+
+
+def test_direct_takes_two_past_each_other_in_the_time_that_they_need():
+    """Exactly the bound of the pair, which is more than their joints need."""
+    plan = fp.planners.Direct(turn=np.radians(45.0)).plan(narrow_exchange())
+    arrives(plan)
+    (bound,) = plan.bounds
+    assert (bound.cause, bound.positioners) == ("pair", (0, 1))
+    assert plan.makespan == pytest.approx(bound.seconds)
+    assert plan.makespan > 1.1 * plan.lower_bound
+
+
+def test_one_leaves_its_target_to_let_the_other_pass():
+    """By yielding, whether it gets there itself or has to be searched for in the end."""
+    plan = fp.planners.NavigationFunction(**FIELD).plan(aside())
+    arrives(plan)
+    place = plan.problem.goal[0]
+    assert max(np.abs(plan.trajectory.at(t)[0] - place).max() for t in np.linspace(0.0, plan.makespan, 50)) > 0.4
+
+
+def test_those_who_only_get_there_together_are_searched_for_jointly():
+    problem = aside()
+    near = Neighbourhood.of(problem.plane, problem.margin)
+    search = DirectSearch(problem, near, problem.goal, TURN, None, 3)
+    search.begin()
+    assert search.touching == 1
+    assert search._untangle(2, 2) == 0  # no path of so few steps
+    steps = search.steps
+    assert search._untangle(2, 60) == 2
+    assert search.touching == 0
+    assert search.steps > steps
+    np.testing.assert_allclose(search.lattice.path[:2, -1], problem.goal)
+    search._give_up_for(0)
+    assert search.given_up == {0: (1,)}
+    assert np.isnan(search.goal[0]).all()
+
+
+@pytest.mark.parametrize("stuck", [[0, 1], [1]], ids=["both", "one, which the other has to make room for"])
+def test_ways_of_the_stuck_are_put_behind_the_motion(stuck, monkeypatch):
+    monkeypatch.setattr(joint_paths, "joint_path", partial(joint_path, most=40))
+    problem = aside()
+    near = Neighbourhood.of(problem.plane, problem.margin)
+    before = fp.Trajectory.from_samples([0.0, 1.0], np.stack([problem.start] * 2))
+    motion = joint_paths.append_joint_ways(problem, near, before, problem.goal, np.array(stuck), 3)
+    np.testing.assert_allclose(motion.end, problem.goal)
+    np.testing.assert_array_equal(motion.at(1.0), problem.start)
+    assert fp.verify(problem.plane, motion).ok
+    nowhere = joint_paths.append_joint_ways(problem, near, before, problem.start, np.array(stuck), 3)
+    assert nowhere is before  # they are there
+
+
+def test_places_to_rest():
+    """Folded where that is clear, else the next clear place, else where it stands."""
+    plane = row(2)
+    over = np.radians([[0.0, 0.0], [np.nan, np.nan]])  # stretched over where the other would be folded
+    near = Neighbourhood.of(plane, 0.5)
+    end, nowhere = place_the_rest(plane, over, plane.folded, near, 0.5)
+    assert not len(nowhere)
+    assert np.abs(end[1] - plane.folded[1]).max() > 0.1
+    assert plane.clearance(end).min() >= 0.5
+    free, _ = place_the_rest(plane, np.radians([[180.0, 90.0], [np.nan, np.nan]]), plane.folded, near, 0.5)
+    np.testing.assert_array_equal(free[1], plane.folded[1])
+    stiff = plane.replace(lower=plane.folded, upper=plane.folded)
+    end, nowhere = place_the_rest(stiff, over, stiff.folded, near, 0.5)
+    assert nowhere.tolist() == [1]
+    np.testing.assert_array_equal(end[1], stiff.folded[1])
 
 
 def test_three_lean_the_other_way():

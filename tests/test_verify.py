@@ -309,6 +309,7 @@ def test_each_joint_is_named_once_with_its_worst():
     assert "'P0': alpha moves at 343.774677 deg/s from 2.000 s" in violations[0]
 
 
+@pytest.mark.small
 def test_another_number_of_positioners_and_senseless_settings_are_refused():
     plane = one()
     with pytest.raises(TrajectoryError, match="2 positioners, the focal plane 1"):
