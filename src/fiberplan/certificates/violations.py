@@ -6,7 +6,8 @@ a (h1 + h2) / 2 if the acceleration never exceeds a, and by no more than a h / 2
 piece between two rests has a speed of a h / 4 at most. The true ramp leaves a straight piece by up to a h^2 / 8, and
 that may be `RAMP`: so a piece counts for no longer than sqrt(8 RAMP / a), however long it is. Otherwise a joint that
 turns evenly for a minute could start with a jump. Knots at which a joint's speed does not change, as those of its
-positioner's other joint, are left out first. Speeds between zero and the least speed are passed at once: of each speed
+positioner's other joint, are left out first. A piece without a turn is a rest, unless those before and after it turn in
+opposite directions: there a ramp turns round. Speeds between zero and the least speed are passed at once: of each speed
 only what exceeds the least counts as changed.
 """
 
@@ -117,7 +118,7 @@ def _changes(owner: np.ndarray, span: np.ndarray, speed: np.ndarray, most: np.nd
     same = np.append(False, owner[1:] == owner[:-1])
     before = np.where(same, np.roll(speed, 1), 0.0)
     after = np.where(np.append(same[1:], False), np.roll(speed, -1), 0.0)
-    most = np.where(speed != 0, most, 0.0)
+    most = np.where((speed != 0) | (before * after < 0), most, 0.0)
     alone = (before == 0) & (after == 0)
     half = 0.5 * np.minimum(most * span * np.where(alone, 0.5, 1.0), np.sqrt(8.0 * RAMP * most))
     return np.abs(speed - before), half + np.where(same, np.roll(half, 1), 0.0)

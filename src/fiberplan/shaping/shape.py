@@ -1,0 +1,85 @@
+"""A motion made fit for motors that cannot jump, and proven anew.
+
+First the corners of all paths are rounded by ramps (`ramps`), then joints that would turn too slowly turn and rest
+instead (`bursts`), and the result is given to `verify`. Where that finds pairs too near, their joints follow the given
+motion more closely, as far as that helps. The pairs that are left need more room in the plan: `replanned` asks a
+planner for it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiberplan.arrays import Frozen, number, read_only
+from fiberplan.certificates import Certificate, verify
+from fiberplan.errors import TrajectoryError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.drift import motion_bounds
+from fiberplan.motion import Trajectory
+from fiberplan.shaping.bursts import no_slower
+from fiberplan.shaping.ramps import ramped
+from fiberplan.tolerances import RAMP
+
+_FOLLOW = np.radians([6.0, 1.5, 0.4, 0.1])  # how far a joint may be off where its motor is too fast, in turn
+
+
+@dataclass(frozen=True, eq=False)
+class Shaped(Frozen):
+    """What a motion became, and what it costs."""
+
+    trajectory: Trajectory  #: obeys ranges, speeds, accelerations and least speeds
+    certificate: Certificate  #: of it, at the margin that was asked for
+    error: np.ndarray  #: (n, 2) how far joints leave its straight pieces on their true ramps, at most [rad]
+    longer: float  #: than the given motion [s]
+
+    @property
+    def lacking(self) -> dict[tuple[int, int], float]:
+        """Pairs that are not proven to keep the margin, and what they lack [mm]; obstacle k is -1 - k."""
+        proof = self.certificate
+        return {each.pair: max(0.0, proof.margin - each.clearance) for each in (*proof.contacts, *proof.undecided)}
+
+    def __repr__(self) -> str:
+        return f"<Shaped: {self}>"
+
+    def __str__(self) -> str:
+        return f"{self.longer:.3f} s longer; {self.certificate}"
+
+
+def shape(
+    trajectory: Trajectory,
+    plane: FocalPlane,
+    margin: float = 0.0,
+    position_error: float | np.ndarray = 0.0,
+    opening: bool = False,
+    allowance: float = 0.025,
+) -> Shaped:
+    """The motion as motors with `max_acceleration` and `min_speed` can make it.
+
+    Args:
+        trajectory: a motion within ranges and speeds, safe at `margin`.
+        plane: whose motors move.
+        margin: clearance to keep [mm].
+        position_error: as `verify` takes it [mm].
+        opening: as `verify` takes it.
+        allowance: what straight pieces may leave out of the true ramps, at any point of an arm [mm].
+
+    Raises:
+        TrajectoryError: another number of positioners than the focal plane has, or an allowance that is not positive.
+    """
+    allowance = number(allowance, "mm", "shape: allowance", TrajectoryError)
+    if trajectory.n != plane.n:
+        raise TrajectoryError(f"shape: the motion has {trajectory.n} positioners, the focal plane {plane.n}")
+    if not 0 < allowance < np.inf:
+        raise TrajectoryError(f"shape: allowance must be a positive length, got {allowance:g}")
+    left_out = np.minimum(RAMP, allowance / motion_bounds(plane, np.ones((plane.n, 2))))
+    ramps = ramped(trajectory, plane, left_out)
+    level = np.zeros(plane.n, np.int64)
+    while True:
+        made = no_slower(ramps.trajectory, plane, _FOLLOW[level])
+        certificate = verify(plane, made, margin, position_error=position_error, opening=opening)
+        shaped = Shaped(made, certificate, read_only(ramps.error), made.duration - trajectory.duration)
+        near = np.unique([arm for pair in shaped.lacking for arm in pair if arm >= 0]).astype(np.int64)
+        near = near[level[near] < len(_FOLLOW) - 1]
+        if plane.min_speed is None or not len(near):
+            return shaped
+        level[near] += 1
