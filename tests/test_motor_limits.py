@@ -218,3 +218,25 @@ def test_limits_are_of_one_joint_alone():
     found = verify(plane, motion_of(swing, swing)).violations
     assert len(found) == 1
     assert "'P1': beta changes" in found[0]
+
+
+def test_a_piece_at_the_least_speed_is_no_rest():
+    """From it a joint may go on as from any speed: by a (h1 + h2) / 2 in pieces of 0.05 s."""
+    plane = limited()
+    for faster, count in ((0.19, 0), (0.21, 1)):
+        speeds = SLOWEST + np.array([0.0, faster, 0.0])
+        alpha = np.concatenate([[0.0], np.cumsum(0.05 * speeds)])
+        assert len(violations(plane, 0.05 * np.arange(4), alpha)) == count
+
+
+def test_where_a_ramp_turns_round_is_no_rest():
+    """Samples of a turn at 4 rad/s^2 that lie even about its end: speeds of 0.2, 0 and -0.2 rad/s."""
+    plane = limited(min_speed=None)
+    alpha = -0.5 * ACCELERATION * (np.arange(-10, 11) * 0.05 + 0.025) ** 2
+    times = 0.05 * np.arange(21)
+    assert violations(plane, np.append(times, 1.05), np.append(alpha, alpha[-1])) != ()  # ends with a jump
+    still = np.array([0.0, 0.5, 1.0])
+    assert violations(plane, still, np.array([0.0, 0.0, 0.0])) == ()
+    middle = np.stack([times, alpha - alpha[0]])[:, 8:13]
+    found = violations(plane, middle[0] - middle[0, 0], middle[1])
+    assert all("0.000 s" in said or "0.200 s" in said for said in found)

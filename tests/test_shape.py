@@ -217,3 +217,65 @@ def test_motions_of_another_array_are_refused():
 def test_no_positioners_moves_at_all():
     rest = Trajectory.at_rest(np.zeros((3, 2)))
     assert shape(rest, limited(3, slowest=0.5)).trajectory.duration == 0.0
+
+
+STEP, SEGMENT = 0.01, 0.1  # [rad, s]: 5 to 20 steps in a segment, 4 more or fewer than before
+
+
+def steppers(n=1, **others):
+    return limited(n, slowest=0.5, acceleration=4.0, **others)
+
+
+def stepped(motion, plane):
+    return shape(motion, plane, segment=SEGMENT, step=np.array([STEP, STEP]))
+
+
+def test_steps_are_whole_and_obey_their_rules():
+    rng = np.random.default_rng(5)
+    knots = []
+    for _ in range(60):
+        spans = rng.uniform(0.1, 2.0, 6)
+        steps = rng.uniform(-1.0, 1.0, (6, 2)) * rng.integers(0, 2, (6, 2)) * SPEED * spans[:, None]
+        angles = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+        knots.append(np.column_stack([np.append(0.0, np.cumsum(spans)), angles]).tolist())
+    motion, plane = motion_of(*knots), steppers(60)
+    made = stepped(motion, plane)
+    assert made.certificate.violations == ()
+    counts = np.abs(made.steps)
+    assert set(np.unique(counts)) <= {0, *range(5, 21)}
+    places = np.concatenate([np.zeros((1, 60, 2)), np.cumsum(made.steps, axis=0)]) * STEP
+    for k in range(0, len(places), 7):
+        np.testing.assert_allclose(made.trajectory.at(k * SEGMENT), places[k], atol=1e-9)
+    np.testing.assert_allclose(made.trajectory.end, motion.end, atol=0.5 * STEP + 1e-9)
+    row = np.concatenate([np.zeros((1, 60, 2), int), made.steps, np.zeros((1, 60, 2), int)])
+    one_way = np.sign(row[1:]) == np.sign(row[:-1])
+    assert np.abs(np.diff(row, axis=0))[one_way].max() <= 4
+    assert np.abs(row[1:])[~one_way].max() <= 5
+
+
+@pytest.mark.parametrize(("steps", "row"), [(5, [5]), (10, [5, 5]), (20, [5, 5, 5, 5]), (3, None), (7, None)])
+def test_turns_that_no_stroke_can_make_are_made_there_and_back(steps, row):
+    """A segment has 5 steps or none where a joint starts and stops: 3 and 7 steps take a turn back."""
+    made = stepped(motion_of([(0.0, 0.0, 0.0), (1.0, steps * STEP, 0.0)]), steppers())
+    turns = made.steps[:, 0, 0][made.steps[:, 0, 0] != 0]
+    assert turns.sum() == steps
+    assert made.certificate.violations == ()
+    if row is None:
+        assert (turns < 0).any()
+        assert np.abs(turns).sum() < 40
+    else:
+        assert sorted(turns.tolist()) == sorted(row)
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ({"segment": 0.1}, "whole steps need both a segment and a step"),
+        ({"segment": 0.0, "step": np.ones(2)}, "segment must be a positive time, got 0"),
+        ({"segment": 0.1, "step": np.array([0.01, -1.0])}, r"step must be positive angles of shape \(2,\) or \(1, 2\)"),
+        ({"segment": 0.1, "step": np.ones(2)}, "'P0': alpha makes 1 to 0 steps in 0.1 s"),
+    ],
+)
+def test_senseless_steps_are_refused(given, complaint):
+    with pytest.raises(TrajectoryError, match=complaint):
+        shape(STRAIGHT, steppers(), **given)

@@ -78,7 +78,7 @@ def _too_sudden(
         most, least = plane.max_acceleration[:, joint], plane.limit("min_speed")[:, joint]
         pieces = _even_pieces(owner, times, spans, steps[:, joint], plane.max_speed[:, joint])
         who, begin, span, speed = pieces
-        change, allowed = _changes(who, span, _above(speed, least[who]), most[who])
+        change, allowed = _changes(who, span, speed, least[who], most[who])
         excess = change - allowed - SPEED * plane.max_speed[who, joint]
         for i, k, _ in _worst(excess[:, None], 0.0, who):
             yield (
@@ -108,20 +108,18 @@ def _even_pieces(
     return owner[starts], times[starts], span, even
 
 
-def _above(speed: np.ndarray, least: np.ndarray) -> np.ndarray:
-    """What of each speed is above the least one, of the same sign."""
-    return np.sign(speed) * np.maximum(np.abs(speed) - least, 0.0)
-
-
-def _changes(owner: np.ndarray, span: np.ndarray, speed: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Change of speed where each piece begins, and how large it may be there [rad/s]."""
+def _changes(
+    owner: np.ndarray, span: np.ndarray, speed: np.ndarray, least: np.ndarray, most: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Change of speed above the `least` where each piece begins, and how large it may be there [rad/s]."""
     same = np.append(False, owner[1:] == owner[:-1])
     before = np.where(same, np.roll(speed, 1), 0.0)
     after = np.where(np.append(same[1:], False), np.roll(speed, -1), 0.0)
     most = np.where((speed != 0) | (before * after < 0), most, 0.0)
     alone = (before == 0) & (after == 0)
     half = 0.5 * np.minimum(most * span * np.where(alone, 0.5, 1.0), np.sqrt(8.0 * RAMP * most))
-    return np.abs(speed - before), half + np.where(same, np.roll(half, 1), 0.0)
+    above, above_before = (np.sign(v) * np.maximum(np.abs(v) - least, 0.0) for v in (speed, before))
+    return np.abs(above - above_before), half + np.where(same, np.roll(half, 1), 0.0)
 
 
 def _returning(beyond: np.ndarray, trajectory: Trajectory) -> np.ndarray:

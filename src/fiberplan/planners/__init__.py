@@ -17,7 +17,8 @@ other by the margin. `problem.start` is (n, 2) [rad]; a NaN row of `problem.goal
 
 1. The trajectory begins at `problem.start`, keeps ranges and speeds (plan at `max_speed * UNDER_LIMIT`), and is
    certified by `fiberplan.verify` at `problem.margin`, complete or not. Offline positioners do not move. A search
-   should keep `SLACK` more than the margin, so that the proof has room (`fiberplan.tolerances`).
+   should keep `SLACK` more than the margin, so that the proof has room (`fiberplan.tolerances`). Accelerations and
+   least speeds, where the plane has them, are left to `fiberplan.shaping.plan_for_motors`, which plans and shapes.
 2. A positioner that cannot arrive is an outcome, never an error. An error is for what the method does not know at all,
    such as a kind of arm, and is raised before any work is done.
 3. The same problem, settings and seed give the same plan, whatever the number of threads; every random choice comes

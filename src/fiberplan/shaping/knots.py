@@ -22,6 +22,11 @@ def merged(alpha: Trajectory, beta: Trajectory, plane: FocalPlane) -> Trajectory
     kept = first_of_each(owner, times)
     owner, times = owner[kept], times[kept]
     angles = np.stack([angles_at(alpha, owner, times)[:, 0], angles_at(beta, owner, times)[:, 1]], axis=1)
+    return with_bends(owner, times, angles, plane)
+
+
+def with_bends(owner: np.ndarray, times: np.ndarray, angles: np.ndarray, plane: FocalPlane) -> Trajectory:
+    """A motion of those of the knots (k,), sorted by owner and time, at which a joint changes its speed."""
     kept = _bends(owner, times, angles, SPEED * plane.max_speed[owner])
     return Trajectory.from_knots(owner[kept], times[kept], angles[kept], plane.n)
 

@@ -3,7 +3,7 @@
 Planners keep little more than the margin and turn sharp corners, and a rounded corner is not the same path. So the
 planner is given arms that are thicker than they are: those of pairs that came too near by what was missing, and all
 others by a little more in each round, for in a new plan other pairs graze. No arm gets more room than its start and
-goal leave. Joints get a little slower in each round, too: corners of slower motions are softer.
+goal leave. In late rounds joints get a little slower, too: corners of slower motions are softer.
 """
 
 import dataclasses
@@ -21,8 +21,9 @@ from fiberplan.tolerances import SCENE
 
 ROUNDS = 8  #: times that a planner is asked
 _MORE = 0.02  # [mm] each round, for a pair that came too near beyond what was missing
-_ALL = 0.005  # [mm] for every arm in the second round, twice as much in each after it
-_SLOWER = 0.01  # of a joint's speed, in each round
+_ALL = 0.01  # [mm] for every arm in the second round, twice as much in each after it
+_SLOWER = 0.01  # of a joint's speed, in each round ...
+_PATIENT = 3  # ... after so many
 
 
 def plan_for_motors(planner: Planner, problem: Problem, rounds: int = ROUNDS, **options: Any) -> Plan:
@@ -35,23 +36,24 @@ def plan_for_motors(planner: Planner, problem: Problem, rounds: int = ROUNDS, **
         **options: of `shape`.
 
     Returns:
-        the plan with the fewest pairs too near, none if all went well; its notes say how often it was planned, and what
-        motors cost.
+        the best plan that is proven, if one is; else that with the fewest pairs too near. Its notes say how often it
+        was planned, and what motors cost.
     """
     plane = problem.plane
     plan = planner.plan(problem)
     if plane.max_acceleration is None and plane.min_speed is None:
         return plan
     room, shaped = np.zeros(plane.n), _shaped(plan, problem, options)
-    best, asked = (plan, shaped), 1
-    while shaped.lacking and asked < rounds:
-        room = np.minimum(np.maximum(room + _missing(shaped, plane.n), _ALL * 2.0**asked), _most_room(problem))
-        plan = planner.plan(_roomier(problem, room, 1.0 - _SLOWER * asked))
+    best, asked, kept = (plan, shaped), 1, plan.kept
+    while (shaped.lacking or plan.kept < kept) and asked < rounds:
+        more = np.maximum(room + _missing(shaped, plane.n), _ALL * 2.0**asked)
+        room = np.minimum(more, _most_room(problem)) if shaped.lacking else 0.5 * room  # safe, but somebody is lost
+        plan = planner.plan(_roomier(problem, room, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
         shaped = _shaped(plan, problem, options)
         asked += 1
-        best = min(best, (plan, shaped), key=lambda each: (-each[0].kept, len(each[1].lacking)))
+        best = min(best, (plan, shaped), key=lambda each: (bool(each[1].lacking), -each[0].kept, len(each[1].lacking)))
     plan, shaped = best
-    times = f"{asked} times" if asked > 1 else "once"
+    times = f"{asked} time{'s' if asked > 1 else ''}"
     said = f"shaped for its motors, {shaped.longer:.3f} s longer; planned {times}"
     return dataclasses.replace(plan, problem=problem, trajectory=shaped.trajectory, notes=(*plan.notes, said))
 
