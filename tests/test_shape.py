@@ -279,3 +279,13 @@ def test_turns_that_no_stroke_can_make_are_made_there_and_back(steps, row):
 def test_senseless_steps_are_refused(given, complaint):
     with pytest.raises(TrajectoryError, match=complaint):
         shape(STRAIGHT, steppers(), **given)
+
+
+@pytest.mark.parametrize("turn", [4e-7, 4e-4])
+def test_turns_that_take_less_than_a_moment_are_made_at_the_least_speed(turn):
+    """A planner's rounding, and a turn of 0.8 ms beside a knot of the other joint."""
+    plane = limited(slowest=0.5, acceleration=None)
+    motion = motion_of([(0.0, 0.0, 0.0), (0.5 + 5e-7, 0.5, 0.5 * turn), (1.0, 0.5, turn)])
+    made = no_slower(motion, plane, np.array([0.1]))
+    assert verify(plane, made).ok
+    assert made.end[0, 1] == turn

@@ -6,7 +6,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
 from fiberplan.tolerances import SPEED
 
-APART = 1e-6  #: knots nearer than this are one [s]
+APART = 1e-7  #: knots nearer than this are one [s]
 
 
 def first_of_each(owner: np.ndarray, times: np.ndarray) -> np.ndarray:
