@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fiberplan.focal_plane import Body, FocalPlane, FourBar, Obstacle
     from fiberplan.motion import Trajectory
     from fiberplan.plan import Bound, Diagnosis, Outcome, Plan, PositionerPlan, diagnose
-    from fiberplan.planners import amend, separate
+    from fiberplan.planners import amend, homing_groups, separate
     from fiberplan.problem import Dropped, Problem, State, Targets
     from fiberplan.visuals import show
 
@@ -57,6 +57,7 @@ _HOME = {
     "ZoneEntry": "certificates",
     "amend": "planners",
     "diagnose": "plan",
+    "homing_groups": "planners",
     "proven_unreachable": "certificates",
     "separate": "planners",
     "show": "visuals",
@@ -90,6 +91,7 @@ __all__ = [
     "amend",
     "diagnose",
     "hardware",
+    "homing_groups",
     "instruments",
     "io",
     "planners",

@@ -22,5 +22,7 @@ ARRIVAL = 1e-3  #: a fiber this close to its goal has arrived [mm]
 SAME_START = 1e-9  #: a plan begins this close to its problem's start [rad]
 RANGE = 1e-9  #: a joint this far out of its range is at its end [rad]
 SPEED = 1e-9  #: a joint faster by this part of its limit is at the limit
+SAME_SPEED = 1e-6  #: pieces whose speeds differ by less than this part of the joint's limit are one piece
+RAMP = 1.75e-3  #: straight pieces leave out this much of a ramp of speed at most: 0.1 deg [rad]
 UNDER_LIMIT = 1.0 - 1e-9  #: planners use this part of a joint's speed, so that rounding never exceeds it
 ZONE = 1e-6  #: a slider this far out of its limits is still in range [mm]

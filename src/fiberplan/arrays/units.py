@@ -10,7 +10,8 @@ import numpy as np
 
 from fiberplan.errors import FiberplanError
 
-_KINDS = {"mm": "a length", "rad": "an angle", "rad/s": "an angular speed", "s": "a time"}
+_KINDS = {"mm": "a length", "rad": "an angle", "s": "a time"}
+_KINDS |= {"rad/s": "an angular speed", "rad/s2": "an angular acceleration"}
 _NUMBERS = (float, int, bool, str, np.float64, np.int64, np.bool_, type(None))
 
 
@@ -19,7 +20,7 @@ def plain(values: Any, unit: str = "", name: str = "a value", error: type[Fiberp
 
     Args:
         values: numbers, an array, a quantity or a table's column, or lists of those.
-        unit: "mm", "rad", "rad/s", "s", any other that astropy knows, or "" for numbers without one.
+        unit: "mm", "rad", "rad/s", "rad/s2", "s", any other that astropy knows, or "" for numbers without one.
         name: of the field, for messages.
         error: what to raise.
 

@@ -1,6 +1,7 @@
 """Proofs, of safety and of there being no path, that know nothing of planners, plans or problems.
 
 - `safety`: `verify`, what it found (`Certificate`, `Contact`, `ZoneEntry`), and which pairs it has to look into
+- `violations`: what motors cannot do: ranges, speeds, accelerations
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `path`: a trajectory as the proof's kernels take it

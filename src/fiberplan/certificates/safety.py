@@ -13,10 +13,11 @@ from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
 from fiberplan.certificates.opening import Opening, judge_opening
 from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_entries
+from fiberplan.certificates.violations import violations
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
-from fiberplan.tolerances import OPENING, RANGE, SPEED, START_RANGE
+from fiberplan.tolerances import OPENING
 
 TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
 CAP = 2.0  #: ... for pairs that come within this of the margin [mm]; for others it is only known to be larger
@@ -54,7 +55,7 @@ class Certificate(Frozen):
     obstacle_clearance: np.ndarray  #: (k,) [mm]
     contacts: tuple[Contact, ...] = ()  #: proven contacts, one per pair, by time
     undecided: tuple[Contact, ...] = ()  #: pairs neither shown safe nor shown to touch; they count as unsafe
-    violations: tuple[str, ...] = ()  #: ranges, speeds, offline positioners that move
+    violations: tuple[str, ...] = ()  #: ranges, speeds, accelerations, offline positioners that move
     resting: tuple[Contact, ...] = field(default=())  #: contacts of two that cannot move: reported, not a failure
     zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
     opening: tuple[Opening, ...] = ()  #: pairs that begin nearer than the margin and are proven only to come apart
@@ -101,7 +102,7 @@ def verify(
     position_error: float | np.ndarray = 0.0,
     opening: bool = False,
 ) -> Certificate:
-    """Prove that a motion keeps its distance, ranges and speeds and avoids what it must, or say where it does not.
+    """Prove that a motion keeps its distance, ranges and motors' limits and avoids what it must, or say where not.
 
     Args:
         plane: whose bodies move, and among which obstacles.
@@ -162,7 +163,7 @@ def verify(
         obstacle_clearance=read_only(low[fixed]),
         contacts=_by_time(contacts),
         undecided=_by_time(undecided),
-        violations=tuple(_violations(plane, trajectory, opening)),
+        violations=tuple(violations(plane, trajectory, opening)),
         resting=_by_time(resting),
         zones=_zones(plane, path),
         opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
@@ -220,56 +221,3 @@ def _zones(plane: FocalPlane, path: Motion) -> tuple[ZoneEntry, ...]:
 
 def _by_time(contacts: list[Contact]) -> tuple[Contact, ...]:
     return tuple(sorted(contacts, key=lambda c: (c.time, c.pair)))
-
-
-def _violations(plane: FocalPlane, trajectory: Trajectory, opening: bool) -> Iterable[str]:
-    """Knots out of range, segments too fast, offline positioners that move; the worst of each kind per positioner."""
-    owner, angles, times = trajectory.owner, trajectory.angles, trajectory.times
-    online = plane.online[owner]
-
-    beyond = np.maximum(plane.lower[owner] - angles, angles - plane.upper[owner])
-    if opening:
-        beyond = np.where(_returning(beyond, trajectory), -np.inf, beyond)
-    for i, k, joint in _worst(np.where(online[:, None], beyond, -np.inf), RANGE, owner):
-        low, high = np.degrees(plane.lower[i, joint]), np.degrees(plane.upper[i, joint])
-        yield (
-            f"positioner '{plane.ids[i]}': {('alpha', 'beta')[joint]} {np.degrees(angles[k, joint]):.6g} deg at "
-            f"{times[k]:.3f} s is outside {low:.6g} to {high:.6g} deg"
-        )
-    same = owner[1:] == owner[:-1]
-    steps, owner = np.diff(angles, axis=0)[same], owner[:-1][same]
-    times, spans, online = times[:-1][same], np.diff(times)[same], online[:-1][same]
-    excess = np.abs(steps) / spans[:, None] / plane.max_speed[owner] - 1.0
-    for i, k, joint in _worst(np.where(online[:, None], excess, -np.inf), SPEED, owner):
-        speed, limit = np.degrees(abs(steps[k, joint]) / spans[k]), np.degrees(plane.max_speed[i, joint])
-        yield (
-            f"positioner '{plane.ids[i]}': {('alpha', 'beta')[joint]} moves at {speed:.9g} deg/s from "
-            f"{times[k]:.3f} s, limit {limit:.9g} deg/s"
-        )
-    for i, k, joint in _worst(np.where(online[:, None], -np.inf, np.abs(steps)), 0.0, owner):
-        yield f"positioner '{plane.ids[i]}' is offline but its {('alpha', 'beta')[joint]} moves from {times[k]:.3f} s"
-
-
-def _returning(beyond: np.ndarray, trajectory: Trajectory) -> np.ndarray:
-    """(k, 2) knots that are out of range only because the joint began so, by a little, and comes back.
-
-    From its first knot on such a joint gets no farther out; once in range, what follows is judged as ever.
-    """
-    out = np.zeros(beyond.shape, bool)
-    first = trajectory.offsets[:-1]
-    for i, joint in np.argwhere((beyond[first] > RANGE) & (beyond[first] <= START_RANGE)):
-        own = slice(int(trajectory.offsets[i]), int(trajectory.offsets[i + 1]))
-        values = beyond[own, joint]
-        back = int(np.argmax(np.append(values, -np.inf) <= RANGE))
-        out[own, joint][:back] = np.append(True, np.diff(values) <= RANGE)[:back].cumprod().astype(bool)
-    return out
-
-
-def _worst(excess: np.ndarray, allowed: float, owner: np.ndarray) -> list[tuple[int, int, int]]:
-    """(positioner, row, joint) of the largest excess above what is allowed, once per positioner and joint."""
-    rows, joints = np.nonzero(~(excess <= allowed))
-    order = np.lexsort((-excess[rows, joints], joints, owner[rows]))
-    found: dict[tuple[int, int], int] = {}
-    for k in order:
-        found.setdefault((int(owner[rows[k]]), int(joints[k])), int(rows[k]))
-    return [(i, row, joint) for (i, joint), row in found.items()]

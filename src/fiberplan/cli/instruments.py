@@ -87,6 +87,10 @@ def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:
         yield f"{joint} range", f"{_between(low)} to {_between(high)} deg"
         yield f"{joint} folded", f"{_between(np.degrees(plane.folded[:, k]))} deg"
         yield f"{joint} speed", f"{_between(np.degrees(plane.max_speed[:, k]))} deg/s"
+        if plane.max_acceleration is not None:
+            yield f"{joint} acceleration", f"{_between(np.degrees(plane.max_acceleration[:, k]))} deg/s^2"
+        if plane.min_speed is not None:
+            yield f"{joint} least speed", f"{_between(np.degrees(plane.min_speed[:, k]))} deg/s"
     for body in plane.bodies:
         shape = {1: "disc", 2: "capsule"}.get(body.points.shape[-2], "outline" if body.closed else "polyline")
         yield f"body '{body.name}'", f"{shape} on the {body.link} link, radius {_between(np.ravel(body.radius))} mm"

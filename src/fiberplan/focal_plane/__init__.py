@@ -5,6 +5,7 @@
 - `outlines`: filled outlines cut into convex pieces, by signs that are exact
 - `layouts`: where positioners stand in regular arrays
 - `kinematics`: what a kind of arm is to everyone else; `two_link` and `four_bar` are kinds, named for files in `kinds`
+- `motor_limits`: the least time for a turn, where acceleration is bounded
 - `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point
 - `compiled_arms`: the focal plane as arrays for the kernels
 - `outliers`: robots whose values are far from the others'

@@ -11,6 +11,7 @@ from fiberplan.focal_plane.focal_plane import FocalPlane
 _SHOWN = 4  # positioners that an error lists
 _MEASURES = {"base": "mm", "length": "mm", "zero": "deg", "folded": "deg", "lower": "deg", "upper": "deg"}
 _MEASURES |= {"max_speed": "deg/s"}
+_LIMITS = {"max_acceleration": "deg/s^2", "min_speed": "deg/s"}
 
 
 def on_the_other(own: FocalPlane, other: FocalPlane) -> FocalPlane:
@@ -30,9 +31,9 @@ def on_the_other(own: FocalPlane, other: FocalPlane) -> FocalPlane:
 
 def differences_of(own: FocalPlane, other: FocalPlane) -> Iterator[str]:
     """A sentence for each thing in which `own` is not as `other`, whose positioners are in the same order."""
-    for name, unit in _MEASURES.items():
-        one, two = getattr(own, name), getattr(other, name)
-        off = np.abs(one - two).reshape(own.n, -1).max(axis=1)
+    for name, unit in (_MEASURES | _LIMITS).items():
+        one, two = (plane.limit(name) if name in _LIMITS else getattr(plane, name) for plane in (own, other))
+        off = np.abs(np.subtract(one, two, where=one != two, out=np.zeros_like(one))).reshape(own.n, -1).max(axis=1)
         if (off > 0).any():
             worst = int(np.argmax(off))
             most = float(np.degrees(off[worst]) if unit.startswith("deg") else off[worst])

@@ -10,7 +10,12 @@ from fiberplan.kernels.compile import kernel
 
 def drift(plane: FocalPlane, seconds: float) -> np.ndarray:
     """(n,) bound on how far any body point of each positioner moves in so many seconds [mm]."""
-    return read_only(_motions(plane.arms, read_only(plane.max_speed * seconds)))
+    return motion_bounds(plane, plane.max_speed * seconds)
+
+
+def motion_bounds(plane: FocalPlane, turns: np.ndarray) -> np.ndarray:
+    """(n,) bound on how far any body point of each positioner moves if its joints turn by `turns` (n, 2) [rad] [mm]."""
+    return read_only(_motions(plane.arms, read_only(turns)))
 
 
 @kernel

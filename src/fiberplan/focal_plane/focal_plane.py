@@ -23,6 +23,7 @@ from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.compiled_arms import compile_arms
 from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.focal_plane.motor_limits import least_time
 from fiberplan.focal_plane.two_link import TWO_LINK, rotated
 from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.clearance import clearances
@@ -31,8 +32,10 @@ from fiberplan.registry import io_function
 
 TURN = 2 * np.pi
 _BESIDE = 0.1  # obstacles this much farther off are neighbours too: a proof tells their clearance [mm]
-_PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online")
+_NO_LIMIT = {"max_acceleration": np.inf, "min_speed": 0.0}
+_PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online", *_NO_LIMIT)
 _UNITS = {"base": "mm", "length": "mm", "max_speed": "rad/s", "online": ""}  # of the others rad
+_UNITS |= {"max_acceleration": "rad/s2", "min_speed": "rad/s"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +43,9 @@ class FocalPlane(Frozen):
     """An array of two-joint positioners with obstacles.
 
     Raises:
-        InstrumentError: a duplicate id, a value that is not finite, a reversed joint range, a speed that is not
-            positive, or a folded state outside its range or in the zone of avoidance; the message names the positioner.
+        InstrumentError: a duplicate id, a value that is not finite, a reversed joint range, a speed or acceleration
+            that is not positive, a least speed above the largest, or a folded state outside its range or in the zone
+            of avoidance; the message names the positioner.
     """
 
     ids: tuple[str, ...]
@@ -66,21 +70,26 @@ class FocalPlane(Frozen):
     recommended_margin: float | None = None  #: the margin to take where none is asked for [mm]
     forbidden: np.ndarray = None  # type: ignore[assignment]  #: (m, 3) x, y, radius [mm]: discs where no fiber may end
     site: str = ""  #: the observatory where it stands, if the source says it
+    max_acceleration: np.ndarray | None = None  #: (n, 2) [rad/s^2], inf: no limit; None: no joint has one
+    min_speed: np.ndarray | None = None  #: (n, 2) of a joint that turns [rad/s], 0: no limit; None: no joint has one
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ids", texts(self.ids, f"{self.name}: ids", InstrumentError))
         n = len(self.ids)
         defaults = {"zero": np.zeros((n, 2)), "online": np.ones(n, bool)}
         shapes = {"base": (n, 2), "length": (n,), "folded": (n, 2), "lower": (n, 2), "upper": (n, 2)}
-        shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)}
+        shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)} | dict.fromkeys(_NO_LIMIT, (n, 2))
         for name, shape in shapes.items():
             value = getattr(self, name)
+            if value is None and name in _NO_LIMIT:
+                continue
             dtype = bool if name == "online" else np.float64
             label, unit = f"{self.name}: {name}", _UNITS.get(name, "rad")
             value = read_only(defaults[name] if value is None else value, dtype, unit, label, InstrumentError)
             if value.shape != shape:
                 raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
-            object.__setattr__(self, name, value)
+            none = name in _NO_LIMIT and bool(np.all(value == _NO_LIMIT[name]))
+            object.__setattr__(self, name, None if none else value)
         for name in ("pair_margin", "field_radius"):
             value = number(getattr(self, name), "mm", f"{self.name}: {name}", InstrumentError)
             object.__setattr__(self, name, value)
@@ -104,7 +113,8 @@ class FocalPlane(Frozen):
         parts = (self.n, "positioner"), (len(self.bodies), "body"), (len(self.obstacles), "obstacle")
         plural = {"body": "bodies"}
         listed = ", ".join(f"{k} {what if k == 1 else plural.get(what, f'{what}s')}" for k, what in parts)
-        return f"<FocalPlane '{shortened(self.name)}': {listed}>"
+        limits = [name for name in _NO_LIMIT if getattr(self, name) is not None]
+        return f"<FocalPlane '{shortened(self.name)}': {', '.join([listed, *limits])}>"
 
     def _validate(self) -> None:
         if not self.n:
@@ -136,6 +146,11 @@ class FocalPlane(Frozen):
         self._refuse(~(self.length >= 0), "length", "is negative")
         self._refuse(~(self.lower <= self.upper), "lower", "is above the upper end of the joint's range")
         self._refuse(~(np.isfinite(self.max_speed) & (self.max_speed > 0)), "max_speed", "is not a positive speed")
+        if self.max_acceleration is not None:
+            self._refuse(~(self.max_acceleration > 0), "max_acceleration", "is not a positive acceleration")
+        if self.min_speed is not None:
+            self._refuse(~(self.min_speed >= 0), "min_speed", "is not a speed")
+            self._refuse(self.min_speed > self.max_speed, "min_speed", "is above the joint's largest speed")
         outside = ~((self.folded >= self.lower) & (self.folded <= self.upper))
         self._refuse(outside, "folded", "lies outside the joint's range")
         if not self.field_radius > 0:
@@ -163,10 +178,27 @@ class FocalPlane(Frozen):
         value = (getattr(self, name) if values is None else values)[(i, *column)]
         shown = f"{value:.6g} mm"
         axis = ("x ", "y ")[column[0]] if column else ""
-        if name in ("zero", "folded", "lower", "max_speed"):
-            shown = f"{np.degrees(value):.6g} deg{'/s' if name == 'max_speed' else ''}"
+        unit = _UNITS.get(name, "rad" if name in ("zero", "folded", "lower") else "mm")
+        if unit.startswith("rad"):
+            shown = f"{np.degrees(value):.6g} {unit.replace('rad', 'deg').replace('s2', 's^2')}"
             axis = ("alpha ", "beta ")[column[0]]
         raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': {axis}{name} {shown} {complaint}")
+
+    def limit(self, name: str) -> np.ndarray:
+        """(n, 2) `max_acceleration` [rad/s^2] or `min_speed` [rad/s], inf or 0 where joints have none."""
+        given = getattr(self, name)
+        return read_only(np.full((self.n, 2), _NO_LIMIT[name])) if given is None else given
+
+    def least_time(self, turn: np.ndarray, who: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Least time [s] in which each joint can turn by `turn` (n, ..., 2) [rad] from rest to rest; NaN where it is.
+
+        Args:
+            turn: (n, ..., 2) of either sign.
+            who: (n,) the positioners whose joints these are; all unless given.
+        """
+        shape = (-1, *(1,) * (np.ndim(turn) - 2), 2)
+        limits = (self.max_speed, self.limit("max_acceleration"), self.limit("min_speed"))
+        return least_time(turn, *(limit[who].reshape(shape) for limit in limits))
 
     @property
     def n(self) -> int:
@@ -230,7 +262,7 @@ class FocalPlane(Frozen):
             obstacles=tuple(obstacle.meeting(there) for obstacle in fixed),
             kinematics=self.kinematics.subset(who),
             aliases=tuple(self.aliases[i] for i in who) if self.aliases else (),
-            **{name: getattr(self, name)[who] for name in _PER_POSITIONER},
+            **{name: getattr(self, name)[who] for name in _PER_POSITIONER if getattr(self, name) is not None},
         )
 
     def public(self, arm: int) -> int:

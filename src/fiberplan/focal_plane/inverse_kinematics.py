@@ -47,7 +47,7 @@ def _turns(angle: np.ndarray, lower: np.ndarray, upper: np.ndarray, slack: np.nd
 
 def _quickest_first(plane: FocalPlane, who: np.ndarray, angles: np.ndarray, solution: np.ndarray) -> np.ndarray:
     """Sort each row's solutions (m, k, 2) and leave out columns that no row needs."""
-    travel = np.abs(angles - plane.folded[who, None]) / plane.max_speed[who, None]
+    travel = plane.least_time(angles - plane.folded[who, None], who)
     time = np.round(travel.max(axis=2, initial=0.0), 9)
     keys = (angles[:, :, 1], angles[:, :, 0], solution, np.where(np.isnan(time), np.inf, time))
     order = np.stack([np.lexsort([key[i] for key in keys]) for i in range(len(who))]) if len(who) else solution[:, :0]

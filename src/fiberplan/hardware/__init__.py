@@ -2,6 +2,8 @@
 
 A controller registers in `CONTROLLERS`; another package names its own in the entry points of the group
 ``fiberplan.controllers``. ``fiberplan export --to NAME`` offers them beside the formats of `fiberplan.io.exports`.
+
+- `simulated`: what robots make of a motion when clocks, motors and the line to them are not perfect
 """
 
 import os

@@ -74,17 +74,21 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
     base = _base(values, start)
     joints = definition.joints
 
-    def both(name: str, unit: str) -> np.ndarray:
+    def both(name: str, unit: str, optional: bool = False) -> np.ndarray:
         columns = [
-            values.column(f"{name}_{joint}", ("joints", joint, name), unit, getattr(getattr(joints, joint), name))
+            values.column(
+                f"{name}_{joint}", ("joints", joint, name), unit, getattr(getattr(joints, joint), name), optional
+            )
             for joint in _JOINTS
         ]
         return np.stack(columns, axis=1)
 
     length = values.column("length", ("arm", "length"), "mm", definition.arm.length if definition.arm else None)
     lower, upper, folded = both("lower", "rad"), both("upper", "rad"), both("folded", "rad")
-    zero, speed = both("zero", "rad"), both("speed", "rad/s")
-    _check_joints(values, length, lower, upper, folded, speed)
+    zero, speed, slowest = both("zero", "rad"), both("speed", "rad/s"), both("min_speed", "rad/s")
+    acceleration = both("acceleration", "rad/s2", optional=True)
+    _check_joints(values, length, lower, upper, folded)
+    _check_motors(values, speed, acceleration, slowest)
     fibers = _fibers(definition, values)
     bodies = shape_tables.bodies(definition.bodies, values, path.parent)
     obstacles = (*discs, *shape_tables.obstacles(definition.obstacles, path.parent))
@@ -119,6 +123,8 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
             assumptions=tuple(definition.assumptions),
             recommended_margin=definition.margin,
             forbidden=forbidden,
+            max_acceleration=np.where(np.isnan(acceleration), np.inf, acceleration),
+            min_speed=slowest,
         )
     except InstrumentError as error:
         raise InstrumentError(f"{path}: {error}") from None
@@ -173,17 +179,28 @@ def _check_joints(
     lower: np.ndarray,
     upper: np.ndarray,
     folded: np.ndarray,
-    speed: np.ndarray,
 ) -> None:
     """Refuse values that do not go together, where they are said."""
     values.check(length < 0, ["length"], ("arm", "length"), "{} mm is negative", length)
     for k, joint in enumerate(_JOINTS):
-        low, high, park, fast = (np.degrees(array[:, k]) for array in (lower, upper, folded, speed))
+        low, high, park = (np.degrees(array[:, k]) for array in (lower, upper, folded))
         field, names = ("joints", joint), [f"{name}_{joint}" for name in ("lower", "upper", "folded")]
         values.check(low > high, names[:2], (*field, "lower"), "lower {} deg is above upper {} deg", low, high)
         outside = (low <= high) & ((park < low) | (park > high))
         values.check(outside, names[::-1], (*field, "folded"), "folded {} deg is outside {} to {} deg", park, low, high)
-        values.check(fast <= 0, [f"speed_{joint}"], (*field, "speed"), "{} deg/s is not a positive speed", fast)
+
+
+def _check_motors(values: PositionerValues, speed: np.ndarray, acceleration: np.ndarray, slowest: np.ndarray) -> None:
+    """Refuse speeds and accelerations that no motor has, where they are said."""
+    for k, joint in enumerate(_JOINTS):
+        fast, change, slow = (np.degrees(array[:, k]) for array in (speed, acceleration, slowest))
+        field, names = ("joints", joint), [f"{name}_{joint}" for name in ("min_speed", "speed", "acceleration")]
+        values.check(fast <= 0, names[1:2], (*field, "speed"), "{} deg/s is not a positive speed", fast)
+        wrong = "{} deg/s^2 is not a positive acceleration"
+        values.check(change <= 0, names[2:], (*field, "acceleration"), wrong, change)
+        values.check(slow < 0, names[:1], (*field, "min_speed"), "{} deg/s is negative", slow)
+        over = "least speed {} deg/s is above the largest, {} deg/s"
+        values.check(slow > fast, names[:2], (*field, "min_speed"), over, slow, fast)
 
 
 def _fibers(definition: Definition, values: PositionerValues) -> dict[str, np.ndarray]:

@@ -1,8 +1,8 @@
 """What an instrument file may say: its fields, with the units and the meaning that the JSON Schema prints.
 
-Lengths are in mm, angles in degrees, speeds in deg/s. Unknown fields are refused, and numbers must be numbers. What a
-table of positioners may give in place of a field can be left out here; `fiberplan.instruments.definition` says what is
-still missing once everything is read.
+Lengths are in mm, angles in degrees, speeds in deg/s, accelerations in deg/s^2. Unknown fields are refused, and numbers
+must be numbers. What a table of positioners may give in place of a field can be left out here;
+`fiberplan.instruments.definition` says what is still missing once everything is read.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -47,6 +47,10 @@ class Positioner(Part):
     zero_beta: Finite | None = Field(default=None, description="added to commanded beta by geometry [deg]")
     speed_alpha: Positive | None = Field(default=None, description="fastest turn of alpha [deg/s]")
     speed_beta: Positive | None = Field(default=None, description="fastest turn of beta [deg/s]")
+    acceleration_alpha: Positive | None = Field(default=None, description="fastest change of alpha's speed [deg/s^2]")
+    acceleration_beta: Positive | None = Field(default=None, description="fastest change of beta's speed [deg/s^2]")
+    min_speed_alpha: Length | None = Field(default=None, description="slowest turn of alpha, unless it rests [deg/s]")
+    min_speed_beta: Length | None = Field(default=None, description="slowest turn of beta, unless it rests [deg/s]")
     orientation: Finite | None = Field(default=None, description="x axis of a four-bar arm; inward if not given [deg]")
     spacing: Positive | None = Field(default=None, description="J1 to J2 of a four-bar arm, d12 [mm]")
     rocker: Positive | None = Field(default=None, description="J2 to J4 of a four-bar arm, d24 [mm]")
@@ -85,7 +89,7 @@ class FourBarPart(Part):
 
 
 class Joint(Part):
-    """One joint's range, park angle and speed, for all positioners."""
+    """One joint's range, park angle and motor, for all positioners."""
 
     lower: Finite | None = Field(default=None, description="lower end of the range [deg]")
     upper: Finite | None = Field(default=None, description="upper end of the range [deg]")
@@ -94,6 +98,10 @@ class Joint(Part):
         default=0.0, description="added to commanded angles by geometry, which measures beta from the alpha link [deg]"
     )
     speed: Positive | None = Field(default=None, description="fastest turn [deg/s]")
+    acceleration: Positive | None = Field(
+        default=None, description="fastest change of speed [deg/s^2]; without, motors jump to any speed"
+    )
+    min_speed: Length = Field(default=0.0, description="slowest turn, unless the joint rests [deg/s]")
 
 
 class Joints(Part):

@@ -12,12 +12,12 @@ from fiberplan.instruments.definition_model import Definition, Positioner
 from fiberplan.instruments.locate import Lines, Path
 from fiberplan.tables.table_reader import InputTable, nearest, read_table
 
-_TYPED = {"mm": "mm", "rad": "deg", "rad/s": "deg/s"}  # unit of a column -> of what people write
+_TYPED = {"mm": "mm", "rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}  # unit of a column -> of what people write
 _CLOSE = 0.8  # of 1: a column spelt like this one is a mistake, and not one for somebody else
 
 
 class PositionerValues:
-    """Values of positioners by column, (n,) each, in mm, rad and rad/s; what is wrong with them is collected."""
+    """Values of positioners by column, (n,) each, in mm, rad, s and what is made of them; complaints are collected."""
 
     def __init__(self, ids: Sequence[str], tables: Sequence[InputTable]):
         self.ids = tuple(ids)
@@ -41,14 +41,14 @@ class PositionerValues:
         Args:
             name: of the column.
             field: what the instrument file calls the same value for all.
-            unit: "mm", "rad" or "rad/s".
+            unit: "mm", "rad", "rad/s" or "rad/s2".
             common: the value for all, as people write it (degrees); None: none is given.
             optional: where nothing is given the value is NaN, which is a complaint otherwise.
         """
         self.used.add(name)
         values = np.full(len(self.ids), np.nan)
         if common is not None:
-            values[:] = np.radians(common) if unit in ("rad", "rad/s") else common
+            values[:] = np.radians(common) if unit in ("rad", "rad/s", "rad/s2") else common
         for table, rows in zip(self._tables, self._rows, strict=True):
             if name in table:
                 cells = table.numbers(name, unit, unit and _TYPED[unit], blank=np.nan)

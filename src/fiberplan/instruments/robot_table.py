@@ -2,9 +2,10 @@
 
 Columns are those of a table beside an instrument file (``docs/instrument-format.md``): `positioner`, a place (`x`, `y`
 or `distance`, `angle`), `length`, one fiber or more (`arm`, or `<fiber>_x` and `<fiber>_y`), joint ranges
-(`lower_alpha`, ...), and what there is of `folded_alpha`, `zero_alpha`, `speed_alpha`, `online`. Names may also be said
-the other way round (`alpha_lower`), and `base_x`, `base_y` for the place. `radius` makes each arm a capsule from the
-elbow to its first fiber. What the table leaves out is assumed, and said so.
+(`lower_alpha`, ...), and what there is of `folded_alpha`, `zero_alpha`, `speed_alpha`, `acceleration_alpha`,
+`min_speed_alpha`, `online`. Names may also be said the other way round (`alpha_lower`), and `base_x`, `base_y` for the
+place. `radius` makes each arm a capsule from the elbow to its first fiber. What the table leaves out is assumed, and
+said so.
 """
 
 from pathlib import Path
@@ -21,7 +22,7 @@ from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.table_reader import InputTable, read_table
 
 USUAL_SPEED = 30.0  #: where a table gives none [deg/s]
-_JOINT_VALUES = ("lower", "upper", "folded", "zero", "speed")
+_JOINT_VALUES = ("lower", "upper", "folded", "zero", "speed", "acceleration", "min_speed")
 _NAMES = {"base_x": "x", "base_y": "y"} | {
     f"{joint}_{value}": f"{value}_{joint}" for joint in ("alpha", "beta") for value in _JOINT_VALUES
 }

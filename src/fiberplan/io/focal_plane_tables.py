@@ -25,6 +25,7 @@ from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
 from fiberplan.tables.table_reader import one_line
 
 _JOINTS = {"folded": "rad", "lower": "rad", "upper": "rad", "max_speed": "rad/s", "zero": "rad"}
+_LIMITS = {"max_acceleration": "rad/s2", "min_speed": "rad/s"}  # columns that are there where a joint has such a limit
 _UNITS = {"x": "mm", "y": "mm", "radius": "mm"}
 
 
@@ -70,7 +71,9 @@ def plane_hdus(plane: FocalPlane) -> list[fits.BinTableHDU]:
         rows["alias"] = plane.aliases
     for name, (values, unit) in stored(plane.kinematics).items():
         rows[name], units[name] = values, unit
-    for name, unit in _JOINTS.items():
+    for name, unit in (_JOINTS | _LIMITS).items():
+        if getattr(plane, name) is None:
+            continue
         for k, joint in enumerate(("alpha", "beta")):
             rows[f"{name}_{joint}"], units[f"{name}_{joint}"] = getattr(plane, name)[:, k], unit
     for k, offset in enumerate(plane.fiber_offsets.values()):
@@ -96,7 +99,7 @@ def plane_from_tables(tables: Mapping[str, Any]) -> FocalPlane:
     try:
         joints: dict[str, Any] = {
             name: np.stack([numbers(rows, f"{name}_{joint}") for joint in ("alpha", "beta")], axis=1)
-            for name in _JOINTS
+            for name in (*_JOINTS, *(name for name in _LIMITS if f"{name}_alpha" in rows.columns.names))
         }
         fibers = {
             name: np.stack([numbers(rows, f"fiber{k}_{axis}") for axis in "xy"], axis=1)

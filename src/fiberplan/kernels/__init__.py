@@ -9,6 +9,7 @@
 - `depth`: clearance with a sign: how far arms that overlap would have to be moved apart
 - `slopes`: how signed clearances change as joints turn
 - `sweep`: whether a pair is clear over a whole step (first order)
+- `boxes`: whether a pair is clear wherever in boxes of joint space it is
 - `even_motion`: a lower bound of clearance over an interval of even motion (second order)
 - `neighbours`: neighbour lists in O(n)
 - `randoms`: random numbers that are the same on every platform

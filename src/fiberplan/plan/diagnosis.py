@@ -163,7 +163,7 @@ def _stops(trajectory: Trajectory) -> np.ndarray:
 
 def _slowest(plan: "Plan", stops: np.ndarray) -> tuple[Slow, ...]:
     plane, motion = plan.problem.plane, plan.trajectory
-    needed = (np.abs(motion.end - motion.start) / plane.max_speed).max(axis=1)
+    needed = plane.least_time(motion.end - motion.start).max(axis=1)
     order = np.lexsort((np.arange(plane.n), -needed, -np.round(stops, 9)))  # NaN comes last
     last = [int(i) for i in order[:_SLOWEST] if np.isfinite(stops[i])]
     return tuple(Slow(i, plane.ids[i], float(stops[i]), float(needed[i])) for i in last)
@@ -175,7 +175,7 @@ def _bound_by(plan: "Plan") -> Slow | None:
     ends = problem.goal[:, None]
     if problem.alternatives is not None:
         ends = np.concatenate([ends, problem.alternatives], axis=1)
-    travel = (np.abs(ends - problem.start[:, None]) / plane.max_speed[:, None]).max(axis=2)
+    travel = plane.least_time(ends - problem.start[:, None]).max(axis=2)
     needed = np.nanmin(travel, axis=1, initial=np.inf)
     arrived = plan.having(Outcome.ARRIVED)
     if not needed[arrived].max(initial=0.0) > 0:

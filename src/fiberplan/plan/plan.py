@@ -77,9 +77,9 @@ class Plan(Frozen):
 
     @cached_property
     def lower_bound(self) -> float:
-        """No plan in which these positioners arrive can be faster [s]: the largest joint travel over its speed."""
+        """No plan in which these positioners arrive can be faster [s]: the longest least time of a joint's turn."""
         arrived = self.having(Outcome.ARRIVED)
-        travel = np.abs(self._ends - self.problem.start[:, None]) / self.problem.plane.max_speed[:, None]
+        travel = self.problem.plane.least_time(self._ends - self.problem.start[:, None])
         shortest = np.nanmin(travel[arrived].max(axis=2), axis=1, initial=np.inf)
         return float(shortest.max(initial=0.0))
 

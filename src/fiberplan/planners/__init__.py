@@ -2,8 +2,8 @@
 
 `direct` (ours, the default), `greedy_fold` (Sayres2021), `navigation_function` (Makarem2014), `elliptic_navigation`
 (Makarem2016) and `prioritized_roadmap` (Sabater2018) each open with a page: the algorithm in its own symbols, and which
-file holds which line of it. `amending` changes one goal of a plan that exists, `shared` holds what several use, and
-`protocol` is the contract as a type.
+file holds which line of it. `amending` changes one goal of a plan that exists, `homing` says who may look for its
+joints' stops at the same time, `shared` holds what several use, and `protocol` is the contract as a type.
 
 **A planner** is a frozen dataclass. Its fields are the method's settings, with units beside them and defaults that
 work, best made by `protocol.setting`, so that the command line lists them; it refuses senseless ones with
@@ -17,7 +17,8 @@ other by the margin. `problem.start` is (n, 2) [rad]; a NaN row of `problem.goal
 
 1. The trajectory begins at `problem.start`, keeps ranges and speeds (plan at `max_speed * UNDER_LIMIT`), and is
    certified by `fiberplan.verify` at `problem.margin`, complete or not. Offline positioners do not move. A search
-   should keep `SLACK` more than the margin, so that the proof has room (`fiberplan.tolerances`).
+   should keep `SLACK` more than the margin, so that the proof has room (`fiberplan.tolerances`). Accelerations and
+   least speeds, where the plane has them, are left to `fiberplan.shaping.plan_for_motors`, which plans and shapes.
 2. A positioner that cannot arrive is an outcome, never an error. An error is for what the method does not know at all,
    such as a kind of arm, and is raised before any work is done.
 3. The same problem, settings and seed give the same plan, whatever the number of threads; every random choice comes
@@ -65,6 +66,7 @@ from fiberplan.planners.amending.one_goal import amend
 from fiberplan.planners.direct import Direct
 from fiberplan.planners.elliptic_navigation import EllipticNavigationFunction
 from fiberplan.planners.greedy_fold import GreedyFold
+from fiberplan.planners.homing import HomingGroups, homing_groups
 from fiberplan.planners.navigation_function import NavigationFunction
 from fiberplan.planners.prioritized_roadmap import PrioritizedRoadmap
 from fiberplan.planners.protocol import PLANNERS, Planner
@@ -75,9 +77,11 @@ __all__ = [
     "Direct",
     "EllipticNavigationFunction",
     "GreedyFold",
+    "HomingGroups",
     "NavigationFunction",
     "Planner",
     "PrioritizedRoadmap",
     "amend",
+    "homing_groups",
     "separate",
 ]

@@ -1,9 +1,17 @@
 """What a finished motion is made into for the motors.
 
+- `shape`: a motion within the motors' accelerations and least speeds, proven anew
+- `replanned`: `plan_for_motors`, which asks a planner again where a shaped motion comes too near
+- `ramps`: corners rounded by ramps of bounded acceleration
+- `bursts`: turns that are too slow for a motor made of turns and rests
+- `whole_steps`: a motion in segments and whole steps; `strokes`: those of one joint
+- `knots`: knots of motions of which each joint is shaped by itself
 - `quantization`: joint speeds in a few bits, held per tick, as safe as the motion they follow
 - `levels`: the speeds that a joint can have
 """
 
 from fiberplan.shaping.quantization import Quantized, quantize
+from fiberplan.shaping.replanned import plan_for_motors
+from fiberplan.shaping.shape import Shaped, shape
 
-__all__ = ["Quantized", "quantize"]
+__all__ = ["Quantized", "Shaped", "plan_for_motors", "quantize", "shape"]

@@ -36,7 +36,7 @@ def choices_of(problem: Problem) -> np.ndarray:
 
 def travel_times(problem: Problem, choices: np.ndarray) -> np.ndarray:
     """(n, k) time of the slower joint to each of `choices` (n, k, 2) [s]; inf where there is none."""
-    times = (np.abs(choices - problem.start[:, None]) / problem.plane.max_speed[:, None]).max(axis=2)
+    times = problem.plane.least_time(choices - problem.start[:, None]).max(axis=2)
     return np.where(np.isnan(times), np.inf, times)
 
 

@@ -1,0 +1,259 @@
+"""Joints' motions in whole steps of their motors, so many in each segment of time.
+
+In a segment a motor makes no step, or between `least` and `most`, and in the next no more than `change` more or fewer.
+A stroke is a row of segments in which it turns one way; its first and its last segment have `first` steps at most. So T
+segments can make any number of steps from T `least` to the sum of an envelope, which rises by `change` from either end.
+
+A joint follows given places, the rounded angles at the ends of segments. Where it should turn more slowly than it can,
+it makes `least` steps in some segments and none in others, and the longest stroke makes up for what is left, or one
+gets a segment less or more. What no stroke can make is made at the end, by a stroke that goes farther, and one that
+comes back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.kernels.compile import inlined, kernel, leaf
+
+TAIL = 64  #: segments that going there and back may take
+
+
+class StepRules(NamedTuple):
+    """What a motor can do in a segment."""
+
+    least: int  #: steps, unless none; 0: any number
+    most: int  #: steps
+    change: int  #: of steps from one segment to the next
+    first: int  #: steps in the first and last segment of a stroke, at most
+
+
+@inlined
+def _most_at(rules, k, length):
+    """Most steps in segment k of a stroke."""
+    return min(rules.most, rules.first + rules.change * min(k, length - 1 - k))
+
+
+@leaf
+def capacity(rules, length):
+    """Most steps in a stroke of so many segments."""
+    total = 0
+    for k in range(length):
+        total += _most_at(rules, k, length)
+    return total
+
+
+@leaf
+def fewest(rules, total):
+    """The fewest segments of a stroke of so many steps; 0: no stroke has that many."""
+    length = 1
+    while length * max(1, rules.least) <= total:
+        if total <= capacity(rules, length):
+            return length
+        length += 1
+    return 0
+
+
+@leaf
+def fill(rules, steps, total):
+    """Turn the wanted `steps` of a stroke into ones that the motor can make, `total` in all; whether there are such."""
+    t = len(steps)
+    if not t * rules.least <= total <= capacity(rules, t):
+        return False
+    for k in range(t):
+        steps[k] = min(max(steps[k], rules.least), _most_at(rules, k, t))
+        if k > 0:
+            steps[k] = min(steps[k], steps[k - 1] + rules.change - 1)
+    for k in range(t - 2, -1, -1):
+        steps[k] = min(steps[k], steps[k + 1] + rules.change - 1)
+    low, high = -rules.most, rules.most  # the least that all are raised by, so that they are enough
+    while high - low > 1:
+        middle = (low + high) // 2
+        there = 0
+        for k in range(t):
+            there += min(max(steps[k] + middle, rules.least), _most_at(rules, k, t))
+        if there >= total:
+            high = middle
+        else:
+            low = middle
+    over = -total
+    for k in range(t):
+        over += min(max(steps[k] + high, rules.least), _most_at(rules, k, t))
+    for k in range(t):
+        raised = min(max(steps[k] + high, rules.least), _most_at(rules, k, t))
+        lower = min(max(steps[k] + high - 1, rules.least), _most_at(rules, k, t))
+        if over > 0 and lower < raised:
+            raised, over = lower, over - 1
+        steps[k] = raised
+    return True
+
+
+@leaf
+def _stretch(rules, out, first, last, turn, after, before, longest):
+    """Put a turn that is too slow for segments [first, last) into some of them; `out` is zero there."""
+    way = 1 if turn > 0 else -1
+    count = min(last - first, (2 * abs(turn) + rules.least) // (2 * rules.least))
+    number = min(count, max((count + longest - 1) // longest, 2 if after and before else 1))
+    for k in range(number):
+        begin, end = first + (last - first) * k // number, first + (last - first) * (k + 1) // number
+        mine = count * (k + 1) // number - count * k // number
+        room = end - begin - mine
+        at = begin + room // 2
+        if after and (not before or k == 0):
+            at = begin
+        elif before and (not after or k == number - 1):
+            at = begin + room
+        for j in range(at, at + mine):
+            out[j] = way * rules.least
+
+
+@leaf
+def _no_slower(rules, wanted, out, longest):
+    """The wanted steps with none below the least: slow stretches as whole segments of the least, and none."""
+    m = len(wanted)
+    begin = 0
+    while begin < m:
+        if abs(wanted[begin]) >= rules.least:
+            out[begin] = wanted[begin]
+            begin += 1
+            continue
+        way, turn, end = 0, 0, begin  # as far as it is slow and does not turn back
+        while end < m and abs(wanted[end]) < rules.least and wanted[end] * way >= 0:
+            if wanted[end] != 0:
+                way = 1 if wanted[end] > 0 else -1
+            turn += wanted[end]
+            out[end] = 0
+            end += 1
+        after = begin > 0 and wanted[begin - 1] * way >= rules.least
+        before = end < m and wanted[end] * way >= rules.least
+        if turn != 0:
+            _stretch(rules, out, begin, end, turn, after, before, longest)
+        begin = end
+
+
+@inlined
+def _way(steps, k):
+    """Which way the joint turns in segment k."""
+    return 0 if k < 0 or k >= len(steps) or steps[k] == 0 else (1 if steps[k] > 0 else -1)
+
+
+@leaf
+def _one_stroke(rules, steps, a, b, owed):
+    """Make a stroke of segments [a, b), with what is owed besides if it can; what is owed then."""
+    way, now = _way(steps, a), 0
+    for k in range(a, b):
+        steps[k] *= way
+        now += steps[k]
+    total = min(max(now + way * owed, (b - a) * rules.least), capacity(rules, b - a))
+    fill(rules, steps[a:b], total)
+    for k in range(a, b):
+        steps[k] *= way
+    return owed - way * (total - now)
+
+
+@leaf
+def _strokes(rules, steps, end):
+    """Make strokes of all rows of `steps`, which should end at `end`; what is still owed to it."""
+    for turn in range(2):  # first each for itself, then the longest make up for what is left
+        owed = end
+        for k in range(len(steps)):
+            owed -= steps[k]
+        longest = len(steps) + 1
+        while longest > 0:
+            length = 0
+            a = 0
+            while a < len(steps):
+                b = a + 1
+                while b < len(steps) and _way(steps, b) == _way(steps, a):
+                    b += 1
+                if steps[a] != 0 and (turn == 0 or b - a == longest):
+                    left = _one_stroke(rules, steps, a, b, owed if turn == 1 else 0)
+                    owed = left if turn == 1 else owed
+                elif steps[a] != 0 and b - a < longest:
+                    length = max(length, b - a)
+                a = b
+            longest = length if turn == 1 else 0
+    return owed
+
+
+@leaf
+def _resized(rules, steps, owed):
+    """Take a segment from a stroke, or give it one more, so that it makes what is owed; what is owed then."""
+    a = 0
+    while a < len(steps):
+        b, way, total = a, _way(steps, a), 0
+        while b < len(steps) and _way(steps, b) == way:
+            total += abs(steps[b])
+            b += 1
+        total += way * owed
+        free = b < len(steps) and steps[b] == 0 and (b + 1 == len(steps) or steps[b + 1] == 0)
+        for t in (b - a - 1, b - a + 1):
+            if way == 0 or t < 1 or (t > b - a and not free):
+                continue
+            if t * rules.least <= total <= capacity(rules, t):
+                for k in range(a, b):
+                    steps[k] = 0 if k >= a + t else abs(steps[k])
+                fill(rules, steps[a : a + t], total)
+                for k in range(a, a + t):
+                    steps[k] *= way
+                return 0
+        a = b
+    return owed
+
+
+@leaf
+def _finish(rules, steps, owed):
+    """Make what is owed after the last stroke; whether there is room."""
+    way, rest = (1 if owed > 0 else -1), abs(owed)
+    at = 0
+    for k in range(len(steps)):
+        if steps[k] != 0:
+            at = k + 2  # a rest before
+    back = 0
+    while fewest(rules, rest + back) == 0 or (back > 0 and fewest(rules, back) == 0):
+        back = max(rules.least, back + 1)
+    going, returning = fewest(rules, rest + back), fewest(rules, back)
+    if at + going + 1 + returning > len(steps):
+        return False
+    for k in range(going):
+        steps[at + k] = rules.least
+    fill(rules, steps[at : at + going], rest + back)
+    if returning > 0:
+        fill(rules, steps[at + going + 1 : at + going + 1 + returning], back)
+    for k in range(at, at + going):
+        steps[k] *= way
+    for k in range(at + going + 1, at + going + 1 + returning):
+        steps[k] *= -way
+    return True
+
+
+@kernel
+def followed(least, most, change, first, wanted, longest, out):
+    """Steps of joints that follow the wanted ones, in `out` (joints, m + TAIL).
+
+    Args:
+        least: (joints,) as in `StepRules`.
+        most: (joints,)
+        change: (joints,)
+        first: (joints,)
+        wanted: (joints, m) steps in each segment, of any size.
+        longest: (joints,) segments that a joint may turn in one go where it should turn more slowly than it can.
+        out: zeros; all columns beyond m are for going there and back.
+
+    Returns:
+        (joints,) whether a joint gets where it should.
+    """
+    done = np.ones(len(wanted), np.bool_)
+    m = wanted.shape[1]
+    for j in range(len(wanted)):
+        rules = StepRules(least[j], most[j], change[j], first[j])
+        end = 0
+        for k in range(m):
+            end += wanted[j, k]
+        _no_slower(rules, wanted[j], out[j], longest[j])
+        owed = _strokes(rules, out[j, :m], end)
+        if owed != 0:
+            owed = _resized(rules, out[j, :m], owed)
+        if owed != 0:
+            done[j] = _finish(rules, out[j], owed)
+    return done
