@@ -33,6 +33,10 @@ class PlanError(FiberplanError):
     """A plan file that cannot be read or written."""
 
 
+class UnprovenError(PlanError):
+    """A file for a controller that is not left behind: what it makes the motors do is not proven safe."""
+
+
 class UnknownPositionerError(PlanError, KeyError):
     """A positioner that a plan does not have."""
 

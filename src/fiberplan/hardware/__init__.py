@@ -1,26 +1,16 @@
 """Controllers: what writes a plan for the motors of an instrument, and reads back the motion that its files cause.
 
-A controller registers in `CONTROLLERS`; another package names its own in the entry points of the group
-``fiberplan.controllers``. ``fiberplan export --to NAME`` offers them beside the formats of `fiberplan.io.exports`.
+**Certify the bytes.** A proof of what was planned is no proof of what motors do. So each controller is a package with
+`write(plan, path)` and `read(path, plane, state)`, whose `encode` and `decode` share no code, and a file is only left
+behind if the motion that its bytes cause is proven. Another package names its own controllers in the entry points of
+the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them by name.
+
+- `controller`: what a controller is, and `CONTROLLERS`, all by name
+- `certified`: writing, reading back and proving, the same for all
+- `sdss`: trajectories of SDSS-V, points of each axis
 """
 
-import os
-from typing import Protocol
+from fiberplan.hardware import sdss
+from fiberplan.hardware.controller import CONTROLLERS, Controller, HandedOver
 
-from fiberplan.plan import Plan
-from fiberplan.registry import Registry
-
-
-class Controller(Protocol):
-    """One controller."""
-
-    def write(self, plan: Plan, path: str | os.PathLike) -> None:
-        """Write the plan's motion as the controller takes it.
-
-        Raises:
-            FiberplanError: what the controller cannot do, or a file that cannot be written.
-        """
-        ...
-
-
-CONTROLLERS: Registry[Controller] = Registry("controller", "fiberplan.controllers")
+__all__ = ["CONTROLLERS", "Controller", "HandedOver", "sdss"]
