@@ -8,9 +8,10 @@ the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them b
 - `controller`: what a controller is, and `CONTROLLERS`, all by name
 - `certified`: writing, reading back and proving, the same for all
 - `sdss`: trajectories of SDSS-V, points of each axis
+- `desi`: move tables of DESI, whole steps row by row
 """
 
-from fiberplan.hardware import sdss
+from fiberplan.hardware import desi, sdss
 from fiberplan.hardware.controller import CONTROLLERS, Controller, HandedOver
 
-__all__ = ["CONTROLLERS", "Controller", "HandedOver", "sdss"]
+__all__ = ["CONTROLLERS", "Controller", "HandedOver", "desi", "sdss"]

@@ -32,6 +32,7 @@ def hand_over(
     decode: Callable[[bytes, State], Executed],
     allowance: float,
     facts: Mapping[str, Any],
+    max_speed: np.ndarray | None = None,
 ) -> HandedOver:
     """Write `content` to `path` if what `decode` makes of the written bytes is proven safe, and is the plan's motion.
 
@@ -42,6 +43,8 @@ def hand_over(
         decode: the controller's reader, from bytes and the state before.
         allowance: the executed motion may keep this much less than the plan's margin [mm].
         facts: to return with the proof.
+        max_speed: (n, 2) of the motors, where a row says how far they turn and not how fast [rad/s]; the plan's
+            instrument's unless given.
 
     Raises:
         UnprovenError: the executed motion is not proven, or begins or ends elsewhere.
@@ -55,7 +58,7 @@ def hand_over(
     def check(written: bytes) -> None:
         executed = decode(written, plan.state_at(0.0))
         refuse_other_ends(plan, executed, path)
-        certificate = certify(plan, executed, allowance)
+        certificate = certify(plan, executed, allowance, max_speed)
         if not certificate.ok:
             raise UnprovenError(
                 f"{os.fspath(path)}: not written: what the motors would do is {said(plan, certificate)}"
@@ -66,12 +69,15 @@ def hand_over(
     return proven[-1]
 
 
-def certify(plan: Plan, executed: Executed, allowance: float = ALLOWANCE) -> Certificate:
+def certify(
+    plan: Plan, executed: Executed, allowance: float = ALLOWANCE, max_speed: np.ndarray | None = None
+) -> Certificate:
     """Proof of an executed motion at the plan's margin less an allowance [mm], 0 at least."""
     problem = plan.problem
+    plane = problem.plane if max_speed is None else problem.plane.replace(max_speed=max_speed)
     assert problem.position_error is not None  # set on construction
     return verify(
-        problem.plane,
+        plane,
         executed,
         max(0.0, problem.margin - allowance),
         position_error=problem.position_error,

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+
 from fiberplan.arrays import FrozenDict
 from fiberplan.certificates import Certificate
 from fiberplan.focal_plane import FocalPlane
@@ -55,6 +57,13 @@ class Controller(Protocol):
     def accepts(self, path: Path, content: bytes) -> bool:
         """Whether a file of this name and content is one of the controller's; it never raises."""
         ...
+
+
+def known_to(plane: FocalPlane, state: State | None) -> State:
+    """The state before a file is executed; folded, which nobody is known to be, unless it is given."""
+    if state is not None:
+        return state
+    return State(plane.folded, plane.online, unknown=np.ones(plane.n, bool), source="folded")
 
 
 CONTROLLERS: Registry[Controller] = Registry("controller", "fiberplan.controllers", ("sdss", "desi", "moons", "pfs"))

@@ -16,13 +16,15 @@ from fiberplan.arrays import number
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.certified import ALLOWANCE, hand_over
-from fiberplan.hardware.controller import CONTROLLERS, HandedOver
+from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.sdss.decode import decode, document
 from fiberplan.hardware.sdss.encode import as_json, as_yaml, paths
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
 from fiberplan.problem import State
 from fiberplan.tables.contents import plain_name, read_whole
+
+__all__ = ["DELAY", "accepts", "read", "write"]
 
 DELAY = 1.0  #: time in which the paths are sent [s]
 A_MESSAGE = {"APO": 3, "LCO": 10}  #: points of an axis that one message holds, by observatory
@@ -68,10 +70,7 @@ def read(path: str | os.PathLike, plane: FocalPlane, state: State | None = None)
         TrajectoryError: a file, robot, axis or point that cannot be used; one line that names it.
     """
     path = Path(path)
-    if state is None:
-        unknown = [True] * plane.n
-        state = State(plane.folded, plane.online, unknown=unknown, source="folded")  # type: ignore[arg-type]
-    return decode(path, read_whole(path, TrajectoryError), plane, state)
+    return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state))
 
 
 def accepts(path: Path, content: bytes) -> bool:
