@@ -7,11 +7,14 @@ the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them b
 
 - `controller`: what a controller is, and `CONTROLLERS`, all by name
 - `certified`: writing, reading back and proving, the same for all
+- `audit`: files of motion, whoever made them, read and proven
+- `motion_tables`: motion from any table of positioner, time, alpha and beta
 - `sdss`: trajectories of SDSS-V, points of each axis
 - `desi`: move tables of DESI, whole steps row by row
 """
 
 from fiberplan.hardware import desi, sdss
+from fiberplan.hardware.audit import Audit
 from fiberplan.hardware.controller import CONTROLLERS, Controller, HandedOver
 
-__all__ = ["CONTROLLERS", "Controller", "HandedOver", "desi", "sdss"]
+__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "sdss"]
