@@ -11,10 +11,11 @@ the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them b
 - `motion_tables`: motion from any table of positioner, time, alpha and beta
 - `sdss`: trajectories of SDSS-V, points of each axis
 - `desi`: move tables of DESI, whole steps row by row
+- `moons`: waveforms of MOONS, whole steps a segment of time
 """
 
-from fiberplan.hardware import desi, sdss
+from fiberplan.hardware import desi, moons, sdss
 from fiberplan.hardware.audit import Audit
 from fiberplan.hardware.controller import CONTROLLERS, Controller, HandedOver
 
-__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "sdss"]
+__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "moons", "sdss"]
