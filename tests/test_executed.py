@@ -31,7 +31,7 @@ def test_errors_take_what_arms_can_move(pair):
 
 
 @pytest.mark.parametrize("sign", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
-def test_swing_bounds_turns_of_either_sign(pair, sign):
+def test_bounds_hold_for_turns_of_either_sign(pair, sign):
     plane, motion = pair
     turn = np.array([[3e-3, 3e-3], [1e-3, 4e-3]])
     for at in (motion.start, motion.end):
