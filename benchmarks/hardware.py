@@ -142,7 +142,7 @@ def sampled_contacts(plane: fp.FocalPlane, motion: fp.Trajectory, margin: float,
 
 
 def faults(count: int, data: Path) -> None:
-    """Plant faults into exports of 61 arms, one a file, and count contacts that sampling sees and the audit does not."""
+    """Plant faults into exports of 61 arms, one a file, and count contacts that sampling sees and audits miss."""
     plane = fp.FocalPlane.hexagonal(4, 22.4, max_speed=SDSS_SPEED)
     folder, rng = Path(tempfile.mkdtemp()), np.random.default_rng(0)
     seen = missed = touched = 0

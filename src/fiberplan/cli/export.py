@@ -43,6 +43,10 @@ def export(
     delay: Annotated[
         float | None, typer.Option(metavar="S", help="Time of the first point (s); 1 if not given (sdss).", min=0.0)
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A fp-*.ecsv that names buses and linear motors, if given (desi)."),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Write a plan's motion in another format, times in s and angles in degrees.
@@ -50,8 +54,9 @@ def export(
     For a controller, what is written is read back and proven: exit 0 if what it makes the motors do is safe; if not, 1,
     and nothing is written.
     """
-    refuse_unwritable(_output(to, output), inputs=(plan,))
-    given = {name: value for name, value in (("allowance", allowance), ("delay", delay)) if value is not None}
+    refuse_unwritable(_output(to, output), inputs=(plan, calibration))
+    options = {"allowance": allowance, "delay": delay, "calibration": calibration}
+    given = {name: value for name, value in options.items() if value is not None}
     with working("exporting"):
         from fiberplan.plan import Plan
 

@@ -12,10 +12,11 @@ the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them b
 - `sdss`: trajectories of SDSS-V, points of each axis
 - `desi`: move tables of DESI, whole steps row by row
 - `moons`: waveforms of MOONS, whole steps a segment of time
+- `pfs`: targets of PFS' cobras, iteration by iteration
 """
 
-from fiberplan.hardware import desi, moons, sdss
+from fiberplan.hardware import desi, moons, pfs, sdss
 from fiberplan.hardware.audit import Audit
 from fiberplan.hardware.controller import CONTROLLERS, Controller, HandedOver
 
-__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "moons", "sdss"]
+__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "moons", "pfs", "sdss"]

@@ -86,7 +86,8 @@ def audit(plane: FocalPlane, path: str | os.PathLike, state: State | None = None
     kind, executed = read_motion(path, plane, state)
     wanted = (plane.recommended_margin or 0.0) if margin is None else margin
     error = 0.0 if state is None else state.position_error
-    certificate = verify(plane, executed, wanted, position_error=error)
+    prove = getattr(CONTROLLERS.get(kind), "prove", verify)
+    certificate = prove(plane, executed, wanted, position_error=error)
     motion = executed.trajectory
     travel = np.abs(motion.end - motion.start) / plane.max_speed
     return Audit(Path(path), kind, executed, certificate, float(travel.max(initial=0.0)))

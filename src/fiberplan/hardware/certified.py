@@ -32,7 +32,7 @@ def hand_over(
     decode: Callable[[bytes, State], Executed],
     allowance: float,
     facts: Mapping[str, Any],
-    max_speed: np.ndarray | None = None,
+    prove: Callable[..., Certificate] = verify,
 ) -> HandedOver:
     """Write `content` to `path` if what `decode` makes of the written bytes is proven safe, and is the plan's motion.
 
@@ -43,8 +43,7 @@ def hand_over(
         decode: the controller's reader, from bytes and the state before.
         allowance: the executed motion may keep this much less than the plan's margin [mm].
         facts: to return with the proof.
-        max_speed: (n, 2) of the motors, where a row says how far they turn and not how fast [rad/s]; the plan's
-            instrument's unless given.
+        prove: what proves it, called as `verify`.
 
     Raises:
         UnprovenError: the executed motion is not proven, or begins or ends elsewhere.
@@ -58,11 +57,10 @@ def hand_over(
     def check(written: bytes) -> None:
         executed = decode(written, plan.state_at(0.0))
         refuse_other_ends(plan, executed, path)
-        certificate = certify(plan, executed, allowance, max_speed)
+        certificate = certify(plan, executed, allowance, prove)
         if not certificate.ok:
-            raise UnprovenError(
-                f"{os.fspath(path)}: not written: what the motors would do is {said(plan, certificate)}"
-            )
+            found = said(plan, certificate)
+            raise UnprovenError(f"{os.fspath(path)}: not written: what the motors would do is {found}", certificate)
         proven.append(HandedOver(executed, certificate, facts))
 
     write_whole(path, content, PlanError, check)
@@ -70,14 +68,13 @@ def hand_over(
 
 
 def certify(
-    plan: Plan, executed: Executed, allowance: float = ALLOWANCE, max_speed: np.ndarray | None = None
+    plan: Plan, executed: Executed, allowance: float = ALLOWANCE, prove: Callable[..., Certificate] = verify
 ) -> Certificate:
     """Proof of an executed motion at the plan's margin less an allowance [mm], 0 at least."""
     problem = plan.problem
-    plane = problem.plane if max_speed is None else problem.plane.replace(max_speed=max_speed)
     assert problem.position_error is not None  # set on construction
-    return verify(
-        plane,
+    return prove(
+        problem.plane,
         executed,
         max(0.0, problem.margin - allowance),
         position_error=problem.position_error,

@@ -4,14 +4,9 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from fiberplan.errors import InstrumentError
-from fiberplan.focal_plane import FocalPlane
-from fiberplan.instruments.desi import CRUISE, focal_plane_file
+from fiberplan.instruments.desi import focal_plane_file
 from fiberplan.tables.ecsv import read_ecsv
-
-LINEAR = 180_000 / (46 / 14 + 1) ** 4  #: speed of a linear phi motor: 30,000 rpm over the gear [deg/s]
 
 
 class Motors(NamedTuple):
@@ -42,11 +37,3 @@ def motors_of(path: str | os.PathLike | None) -> Motors:
         if id_ and bus.isdecimal() and number.isdecimal()
     }
     return Motors(known, frozenset(id_ for id_, flag in zip(ids, flags, strict=True) if flag.lower() == "true"))
-
-
-def motor_speeds(plane: FocalPlane, linear: frozenset[str]) -> np.ndarray:
-    """(n, 2) the one speed that each motor has besides creep [rad/s]."""
-    speed = np.full((plane.n, 2), np.radians(CRUISE))
-    if plane.aliases:
-        speed[[alias in linear for alias in plane.aliases], 1] = np.radians(LINEAR)
-    return speed
