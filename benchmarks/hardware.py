@@ -11,7 +11,7 @@ import json
 import statistics
 import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,11 +19,12 @@ import numpy as np
 
 import fiberplan as fp
 from fiberplan.errors import PlanError
-from fiberplan.hardware import desi, pfs, sdss
+from fiberplan.hardware import desi, moons, pfs, sdss
 from fiberplan.hardware.audit import audit
 from fiberplan.hardware.certified import ALLOWANCE
 from fiberplan.instruments.desi import petal
 from fiberplan.scenes.uniform import uniform_field
+from fiberplan.shaping import plan_for_motors
 from measure import timed
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -39,6 +40,7 @@ class Case(NamedTuple):
     ending: str
     room: float = 0.0  # that is planned besides the margin, for rows that follow the plan loosely [mm]
     budget: float = 60.0  # of the planner
+    shaped: bool = False  # planned again where whole steps come too near
 
 
 @cache
@@ -57,12 +59,25 @@ def desi_petal(data: Path) -> Case:
 
 
 @cache
+def moons_case(data: Path, size: int) -> Case:
+    """A case of the MOONS prototype, with the limits of the driver."""
+    plane = fp.FocalPlane.load(data / "moons" / str(size) / "positioners.cfg")
+    return Case(moons.with_the_drivers_limits(plane), 0.1, moons.write, "json", shaped=True)
+
+
+@cache
 def pfs_2394(data: Path) -> Case:
     """The built-in PFS: 2,394 cobras of nominal measures."""
     return Case(fp.FocalPlane.load("pfs"), 0.1, pfs.write, "csv")
 
 
-CASES = {"sdss": sdss_547, "desi": desi_petal, "pfs": pfs_2394}
+CASES = {
+    "sdss": sdss_547,
+    "desi": desi_petal,
+    "moons-250": partial(moons_case, size=250),
+    "moons-1006": partial(moons_case, size=1006),
+    "pfs": pfs_2394,
+}
 
 
 def problems(case: Case, fields: int) -> Iterator[fp.Problem]:
@@ -79,7 +94,11 @@ def exports(name: str, fields: int, data: Path) -> None:
     case, folder = CASES[name](data), Path(tempfile.mkdtemp())
     seconds, longer, counts, proven, refused, lacking = [], [], [], 0, [], []
     for seed, problem in enumerate(problems(case, fields)):
-        plan = fp.planners.Direct(seed=seed, budget=case.budget).plan(problem)
+        planner = fp.planners.Direct(seed=seed, budget=case.budget)
+        if case.shaped:
+            plan = plan_for_motors(planner, problem, segment=moons.SEGMENT, step=moons.STEP)
+        else:
+            plan = planner.plan(problem)
         allowance = ALLOWANCE + case.room
         path = folder / f"{seed}.{case.ending}"
 
@@ -173,6 +192,8 @@ def faults(count: int, data: Path) -> None:
         found = audit(plane, folder / "f.json", margin=0.75)
         truth = sampled_contacts(plane, found.executed.trajectory, 0.75, 0.1)
         proven = {contact.pair for contact in found.certificate.contacts}
+        if k % 500 == 499:
+            print(f"  {k + 1}: {touched} touch, {seen} contacts seen, {missed} missed", flush=True)
         seen, missed, touched = seen + len(truth), missed + len(truth - proven), touched + bool(proven)
     print(
         f"faults: {count} planted, {touched} make something touch; sampling sees {seen} contacts, audits miss {missed}"

@@ -43,7 +43,7 @@ def test_steps_are_written_and_executed(tmp_path, seven):
     away = executed.trajectory.sampled(times) - plan.trajectory.sampled(times)
     assert np.degrees(np.abs(away)).max() < 1e-9
     assert (executed.clock_error, done.certificate.jitter) == (0.02, 0.02)
-    assert done.facts == {"units": 2, "segments": len(TURN), "segment": 0.125}
+    assert done.facts == {"units": 2, "segments": len(TURN), "segment": 0.125, "seconds longer than the plan": 0.0}
     assert moons.accepts(tmp_path / "w.json", (tmp_path / "w.json").read_bytes())
 
 
@@ -69,15 +69,37 @@ def test_steps_are_differences_of_rounded_sums(seven):
         ([62, *[100] * 181, 62], r"alpha is 159\.\d+ deg at 22\.750 s, the driver takes -180.2 to 159 deg"),
     ],
 )
-def test_what_the_driver_refuses_is_named_before_anything_is_written(tmp_path, seven, steps, says):
+def test_what_the_driver_refuses_is_named(seven, steps, says):
     with pytest.raises(PlanError, match=says):
-        moons.write(by_steps(seven.replace(max_speed=np.full((7, 2), 1.0)), steps), tmp_path / "w.json")
-    assert not list(tmp_path.iterdir())
+        waveforms(by_steps(seven.replace(max_speed=np.full((7, 2), 1.0)), steps))
 
 
 @pytest.mark.parametrize("steps", [[62] * 3, [69], [69, 119, 69], [69, -69], TURN, [62, 0, 62]])
 def test_what_the_driver_takes_is_written(tmp_path, seven, steps):
     assert moons.write(by_steps(seven, steps), tmp_path / "w.json").certificate.ok
+
+
+def test_a_plan_that_jumps_is_shaped_to_steps(tmp_path, seven):
+    """Even turns to a speed that no motor has at once, and too slow ones: ends within half a step."""
+    angles = np.stack([seven.folded, seven.folded])
+    angles[1, 2], angles[1, 5] = np.radians([[60.0, 3.0], [-20.0, 41.0]])
+    motion = fp.Trajectory.from_samples(np.array([0.0, 5.0]), angles)
+    problem = fp.Problem(seven, seven.folded, motion.end)
+    plan = fp.Plan(problem, motion, (fp.Outcome.ARRIVED,) * seven.n, "by hand")
+    with pytest.raises(PlanError, match="a turn begins and ends with 69 at most"):
+        waveforms(plan)
+    done = moons.write(plan, tmp_path / "w.json")
+    away = np.degrees(np.abs(done.executed.trajectory.end - motion.end))
+    assert (away <= 0.5 / np.array(STEPS) + 1e-9).all()
+    assert done.facts["seconds longer than the plan"] < 1.0
+    for steps in json.loads((tmp_path / "w.json").read_text())["configMotion"].values():
+        assert all(each == 0 or 62 <= abs(each) <= 250 for pair in steps for each in pair)
+
+
+def test_a_motion_too_long_is_refused_whatever_its_shape(tmp_path, seven):
+    with pytest.raises(PlanError, match="the driver takes 256 of"):
+        moons.write(by_steps(seven, [62] * 257), tmp_path / "w.json")
+    assert not list(tmp_path.iterdir())
 
 
 def test_who_cannot_move_is_not_named(tmp_path, seven):

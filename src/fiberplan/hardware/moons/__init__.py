@@ -7,6 +7,7 @@ A file is JSON with ``configPaths`` (for each unit alpha and beta [rad] at the e
 - `decode`: from a file to the motion it causes
 """
 
+import dataclasses
 import os
 import sys
 from pathlib import Path
@@ -19,22 +20,24 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.certified import ALLOWANCE, hand_over
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.moons.decode import decode
-from fiberplan.hardware.moons.encode import RANGES, SEGMENT, as_json, waveforms
+from fiberplan.hardware.moons.encode import CHANGE, LEAST, MOST, RANGES, SEGMENT, STEPS, as_json, waveforms
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
 from fiberplan.problem import State
+from fiberplan.shaping import shape
 from fiberplan.tables.contents import plain_name, read_whole
 
-__all__ = ["LATENCY", "accepts", "read", "within_the_drivers_ranges", "write"]
+__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "in_segments", "read", "with_the_drivers_limits", "write"]
 
+STEP = np.radians(1.0 / np.array(STEPS))  #: turn of alpha and beta in one step [rad]
 LATENCY = 0.02  #: between the starts of units [s]
 
 
 def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, latency: float = LATENCY) -> HandedOver:
-    """Write a plan's motion as a waveform, proven as it is read back.
+    """Write a plan's motion as a waveform, proven as it is read back; what the driver refuses is shaped to its steps.
 
     Args:
-        plan: to be executed; units that do not turn are not named.
+        plan: to be executed, best planned `with_the_drivers_limits`; units that do not turn are not named.
         path: of the file.
         allowance: the executed motion may keep this much less than the plan's margin [mm].
         latency: clocks of units may be off by this [s].
@@ -46,8 +49,10 @@ def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, 
         PlanError: what the driver refuses, a motion that is not proven, a file that cannot be written.
     """
     latency = _seconds(latency, PlanError)
-    made, file, plane = waveforms(plan), Path(path), plan.problem.plane
+    fit = in_segments(plan)
+    made, file, plane = waveforms(fit), Path(path), plan.problem.plane
     facts = {"units": len(made), "segments": len(made[0].steps) if made else 0, "segment": SEGMENT}
+    facts["seconds longer than the plan"] = round(fit.makespan - plan.makespan, 3)
 
     def decoded(written: bytes, state: State) -> Executed:
         return decode(file, written, plane, state, latency)
@@ -80,11 +85,47 @@ def accepts(path: Path, content: bytes) -> bool:
     return plain_name(path).suffix.lower() == ".json" and (b'"configPaths"' in content or b'"configMotion"' in content)
 
 
-def within_the_drivers_ranges(plane: FocalPlane) -> FocalPlane:
-    """The same with joint ranges that end where the driver's do, to plan with; a file's may be wider."""
+def with_the_drivers_limits(plane: FocalPlane) -> FocalPlane:
+    """The same with the driver's joint ranges, speeds and accelerations where they are narrower: plan with these."""
+    steps = np.radians(1.0 / np.array(STEPS))
     low, high = np.radians(RANGES).T
     lower, upper = np.maximum(plane.lower, low), np.minimum(plane.upper, high)
-    return plane.replace(lower=lower, upper=upper, folded=np.clip(plane.folded, lower, upper))
+    fastest = np.minimum(plane.max_speed, MOST * steps / SEGMENT)
+    return plane.replace(
+        lower=lower,
+        upper=upper,
+        folded=np.clip(plane.folded, lower, upper),
+        max_speed=fastest,
+        min_speed=np.minimum(fastest, LEAST * steps / SEGMENT),
+        max_acceleration=np.tile(CHANGE * steps / SEGMENT**2, (plane.n, 1)),
+    )
+
+
+def in_segments(plan: Plan) -> Plan:
+    """The plan's motion in whole steps a segment, as near to it as that keeps clear; as it is if it is so already.
+
+    Raises:
+        PlanError: steps in which a motor cannot get where it should.
+    """
+    try:
+        waveforms(plan)
+    except PlanError:
+        problem = plan.problem
+        assert problem.position_error is not None  # set on construction
+        try:
+            shaped = shape(
+                plan.trajectory,
+                with_the_drivers_limits(problem.plane),
+                problem.margin,
+                problem.position_error,
+                problem.near_start == "open" or problem.needs_opening,
+                segment=SEGMENT,
+                step=STEP,
+            )
+        except TrajectoryError as error:
+            raise PlanError(str(error)) from None
+        return dataclasses.replace(plan, trajectory=shaped.trajectory)
+    return plan
 
 
 def _seconds(latency: float, error: type[PlanError] | type[TrajectoryError]) -> float:

@@ -1,7 +1,7 @@
 """From a plan to a waveform of MOONS: whole steps of both motors in each segment of 125 ms.
 
-Steps are differences of rounded places, so that nothing drifts. The rules are those of the driver's default set, number
-5; a plan that breaks one is refused by robot and moment: `fiberplan.shaping` makes plans that keep them.
+Steps are differences of places, rounded to whole steps from where the unit stands, so that nothing drifts. The rules
+are those of the driver's default set, number 5; a motion that breaks one is refused by unit, motor and moment.
 """
 
 import json
@@ -51,7 +51,9 @@ def waveforms(plan: Plan) -> list[Waveform]:
             f"{SEGMENT:g} s ({MOST_SEGMENTS * SEGMENT:g} s)"
         )
     times = np.arange(count + 1) * SEGMENT
-    places = np.rint((np.degrees(motion.sampled(times)) - ORIGIN) * STEPS).astype(np.int64)
+    degrees = np.degrees(motion.sampled(times))
+    places = np.rint((degrees[:, :1] - ORIGIN) * STEPS) + np.rint((degrees - degrees[:, :1]) * STEPS)
+    places = places.astype(np.int64)
     made = []
     for i in np.flatnonzero(plane.online).tolist():
         wave = Waveform(plane.ids[i], places[i])
