@@ -33,6 +33,18 @@ class PlanError(FiberplanError):
     """A plan file that cannot be read or written."""
 
 
+class UnprovenError(PlanError):
+    """A file for a controller that is not left behind: what it makes the motors do is not proven safe.
+
+    Attributes:
+        certificate: what was found; None where the motion begins or ends elsewhere than the plan.
+    """
+
+    def __init__(self, message: str, certificate: object = None):
+        super().__init__(message)
+        self.certificate = certificate
+
+
 class UnknownPositionerError(PlanError, KeyError):
     """A positioner that a plan does not have."""
 

@@ -5,6 +5,7 @@
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `path`: a trajectory as the proof's kernels take it
+- `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable`, by flooding boxes of joint space
 """
 

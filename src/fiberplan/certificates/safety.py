@@ -16,7 +16,8 @@ from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_en
 from fiberplan.certificates.violations import violations
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.motion import Trajectory
+from fiberplan.focal_plane.drift import motion_bounds
+from fiberplan.motion import Executed, Trajectory
 from fiberplan.tolerances import OPENING
 
 TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
@@ -96,7 +97,7 @@ class Certificate(Frozen):
 
 def verify(
     plane: FocalPlane,
-    trajectory: Trajectory,
+    trajectory: Trajectory | Executed,
     margin: float = 0.0,
     jitter: float = 0.0,
     position_error: float | np.ndarray = 0.0,
@@ -106,7 +107,8 @@ def verify(
 
     Args:
         plane: whose bodies move, and among which obstacles.
-        trajectory: of all its positioners.
+        trajectory: of all its positioners; of a motion as a controller executes it, joints and clocks may be off as it
+            says, besides `position_error` and `jitter`.
         margin: clearance to keep at all times [mm]; equality cannot be decided.
         jitter: each positioner's clock may be off by this [s].
         position_error: each arm may be off by this, shared or (n,) [mm].
@@ -117,6 +119,8 @@ def verify(
         TrajectoryError: another number of positioners than the focal plane has, or a negative or non-finite margin,
             jitter or position error.
     """
+    executed = trajectory if isinstance(trajectory, Executed) else Executed.exactly(trajectory)
+    trajectory = executed.trajectory
     if trajectory.n != plane.n:
         raise TrajectoryError(f"the motion has {trajectory.n} positioners, the focal plane {plane.n}")
     margin = number(margin, "mm", "margin", TrajectoryError)
@@ -125,6 +129,10 @@ def verify(
     if error.shape not in ((), (plane.n,)):
         raise TrajectoryError(f"position error must be one number or {plane.n}, got shape {error.shape}")
     error = np.broadcast_to(error, (plane.n,))
+    assert executed.online is not None  # set on construction
+    online = plane.online & executed.online
+    judged = plane if np.array_equal(online, plane.online) else plane.replace(online=online)
+    error, jitter = error + motion_bounds(plane, executed.joint_error), jitter + executed.clock_error
     if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
     path = _as_motion(plane, trajectory)
@@ -135,7 +143,7 @@ def verify(
     pairs = plane.arm_pairs_within(widest + 1e-6)
     low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
 
-    moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
+    moves = np.concatenate([online, np.zeros(len(plane.obstacles), bool)])
     opened = _opened(plane, path, pairs, errors, low, moves, margin, jitter) if opening else {}
     low = low.copy()
     for row, pair in opened.items():
@@ -163,11 +171,11 @@ def verify(
         obstacle_clearance=read_only(low[fixed]),
         contacts=_by_time(contacts),
         undecided=_by_time(undecided),
-        violations=tuple(violations(plane, trajectory, opening)),
+        violations=tuple(violations(judged, trajectory, opening)),
         resting=_by_time(resting),
         zones=_zones(plane, path),
         opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
-        assumptions=tuple(_assumptions(plane)),
+        assumptions=(*_assumptions(plane), *executed.assumptions),
     )
 
 

@@ -25,6 +25,11 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "export": (
         ("fiberplan export plan.fits --to ecsv -o knots.ecsv", "angles over time"),
         ("fiberplan export plan.fits --to motions -o moves.ecsv", "a list of moves"),
+        ("fiberplan export plan.fits --to sdss -o traj.json --delay 1", "for controllers, proven"),
+    ),
+    "audit": (
+        ("fiberplan audit sdss night/*.json --margin 0.8 -o night.html", "a night of trajectories"),
+        ("fiberplan audit fp-20260219.ecsv moves.csv --state fp-20260219.ecsv", "DESI's move tables"),
     ),
     "amend": (
         ("fiberplan amend plan.fits R0C1 -12.5 3.25 -o new.fits", "another target, in mm"),

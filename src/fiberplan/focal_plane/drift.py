@@ -1,4 +1,4 @@
-"""How far arms get in a moment at full speed: the room that a clock which is off by so much asks for."""
+"""How far arms get when their joints turn by a little: the room that clocks and joints which are off ask for."""
 
 import numpy as np
 
@@ -14,8 +14,11 @@ def drift(plane: FocalPlane, seconds: float) -> np.ndarray:
 
 
 def motion_bounds(plane: FocalPlane, turns: np.ndarray) -> np.ndarray:
-    """(n,) bound on how far any body point of each positioner moves if its joints turn by `turns` (n, 2) [rad] [mm]."""
-    return read_only(_motions(plane.arms, read_only(turns)))
+    """(n,) bound on how far any body point of each positioner moves if its joints turn by `turns` (n, 2) [rad] [mm].
+
+    It holds for turns of either sign: those of the same sign move it farthest.
+    """
+    return read_only(_motions(plane.arms, read_only(np.abs(turns))))
 
 
 @kernel

@@ -10,6 +10,7 @@ import secrets
 import stat
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from fiberplan.errors import FiberplanError, PlanError
@@ -18,8 +19,24 @@ _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 _LINKS = 40  # the kernel follows no more
 
 
-def write_whole(path: str | os.PathLike, content: bytes, error: type[FiberplanError] = PlanError) -> None:
+def _unchecked(written: bytes) -> None:
+    """What is written is good as it is."""
+
+
+def write_whole(
+    path: str | os.PathLike,
+    content: bytes,
+    error: type[FiberplanError] = PlanError,
+    check: Callable[[bytes], None] = _unchecked,
+) -> None:
     """Write `content` to `path`; what was there before is kept if that fails.
+
+    Args:
+        path: of the file.
+        content: of the file.
+        error: what to raise.
+        check: gets the bytes as they are read back from the disk (of what is no file, as they will be written) before
+            anything is at `path`; what it raises leaves everything as it was.
 
     Raises:
         error: the file cannot be written.
@@ -27,9 +44,10 @@ def write_whole(path: str | os.PathLike, content: bytes, error: type[FiberplanEr
     try:
         before = _refuse_place(path)
         if is_special(path):
+            check(content)
             _pour(path, content)
         else:
-            _replace(Path(os.path.realpath(path)), content, before)
+            _replace(Path(os.path.realpath(path)), content, before, check)
     except OSError as problem:
         raise error(f"{os.fspath(path)}: cannot be written ({_reason(problem)})") from None
 
@@ -86,8 +104,8 @@ def _refuse_place(path: str | os.PathLike) -> os.stat_result | None:
     return before
 
 
-def _replace(target: Path, content: bytes, before: os.stat_result | None) -> None:
-    """Put a new file in the place of `target`, which is not a link."""
+def _replace(target: Path, content: bytes, before: os.stat_result | None, check: Callable[[bytes], None]) -> None:
+    """Put a new file in the place of `target`, which is not a link, once `check` has seen its bytes."""
     beside = target.with_name(f".fiberplan.{secrets.token_hex(8)}.part")  # of this call alone: threads write too
     mode = 0o666 if before is None else stat.S_IMODE(before.st_mode)
     try:
@@ -97,6 +115,7 @@ def _replace(target: Path, content: bytes, before: os.stat_result | None) -> Non
                     os.fchown(file.fileno(), before.st_uid, before.st_gid)
                 os.fchmod(file.fileno(), mode)
             file.write(content)
+        check(beside.read_bytes())
         beside.replace(target)
     finally:
         with contextlib.suppress(OSError):  # where its folder is no folder, there is nothing beside either

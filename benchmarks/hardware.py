@@ -1,0 +1,216 @@
+"""Exports to controllers: how many fields are certified as executed, what that costs, and whether audits find faults.
+
+``python benchmarks/hardware.py sdss --fields 50`` plans seeded fields, writes each for the controllers, and prints for
+how many what is read back is proven at the planned margin less 0.05 mm, CPU seconds of an export (median and worst,
+proof included), and how much longer motors take than the plan. ``faults`` plants faults into exports and compares
+what audits find with dense sampling. Real arrays are read from ``--data``.
+"""
+
+import argparse
+import json
+import statistics
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import fiberplan as fp
+from fiberplan.errors import PlanError
+from fiberplan.hardware import desi, moons, pfs, sdss
+from fiberplan.hardware.audit import audit
+from fiberplan.hardware.certified import ALLOWANCE
+from fiberplan.instruments.desi import petal
+from fiberplan.scenes.uniform import uniform_field
+from fiberplan.shaping import plan_for_motors
+from measure import timed
+
+DATA = Path(__file__).parents[2] / "shared" / "data"
+SDSS_SPEED = np.radians(11.7)  #: 2,000 rpm of the motor
+
+
+class Case(NamedTuple):
+    """Fields of one controller."""
+
+    plane: fp.FocalPlane
+    margin: float  # [mm]
+    write: Callable[..., Any]
+    ending: str
+    room: float = 0.0  # that is planned besides the margin, for rows that follow the plan loosely [mm]
+    budget: float = 60.0  # of the planner
+    shaped: bool = False  # planned again where whole steps come too near
+
+
+@cache
+def sdss_547(data: Path) -> Case:
+    """547 arms of Sayres2021 at SDSS' speed."""
+    plane = fp.FocalPlane.load("sayres2021")
+    return Case(plane.replace(max_speed=np.full((plane.n, 2), SDSS_SPEED)), 1.0, sdss.write, "json")
+
+
+@cache
+def desi_petal(data: Path) -> Case:
+    """Petal 0 as it was in February 2026, at 0.8 of cruise speed."""
+    plane = petal(fp.FocalPlane.load(data / "desi" / "fp-20260219.ecsv"), 0)
+    plane = desi.with_room_for_the_tail(plane)
+    return Case(plane.replace(max_speed=0.8 * plane.max_speed), 0.1, desi.write, "csv", room=0.4, budget=5.0)
+
+
+@cache
+def moons_case(data: Path, size: int) -> Case:
+    """A case of the MOONS prototype, with the limits of the driver."""
+    plane = fp.FocalPlane.load(data / "moons" / str(size) / "positioners.cfg")
+    return Case(moons.with_the_drivers_limits(plane), 0.1, moons.write, "json", shaped=True)
+
+
+@cache
+def pfs_2394(data: Path) -> Case:
+    """The built-in PFS: 2,394 cobras of nominal measures."""
+    return Case(fp.FocalPlane.load("pfs"), 0.1, pfs.write, "csv")
+
+
+CASES = {
+    "sdss": sdss_547,
+    "desi": desi_petal,
+    "moons-250": partial(moons_case, size=250),
+    "moons-1006": partial(moons_case, size=1006),
+    "pfs": pfs_2394,
+}
+
+
+def problems(case: Case, fields: int) -> Iterator[fp.Problem]:
+    """From field 2 k to field 2 k + 1; those that are offline stay folded."""
+    plane = case.plane
+    for seed in range(fields):
+        start, goal = (uniform_field(plane, number, case.margin) for number in (2 * seed, 2 * seed + 1))
+        here = np.where(plane.online[:, None], start, plane.folded)
+        there = np.where(plane.online[:, None], goal, np.nan)
+        yield fp.Problem(plane, here, there, case.margin + case.room, conflicts="drop", near_start="open")
+
+
+def exports(name: str, fields: int, data: Path) -> None:
+    case, folder = CASES[name](data), Path(tempfile.mkdtemp())
+    seconds, longer, counts, proven, refused, lacking = [], [], [], 0, [], []
+    for seed, problem in enumerate(problems(case, fields)):
+        planner = fp.planners.Direct(seed=seed, budget=case.budget)
+        if case.shaped:
+            plan = plan_for_motors(planner, problem, segment=moons.SEGMENT, step=moons.STEP)
+        else:
+            plan = planner.plan(problem)
+        allowance = ALLOWANCE + case.room
+        path = folder / f"{seed}.{case.ending}"
+
+        def attempt() -> Any:
+            try:
+                return case.write(plan, path, allowance=allowance)  # noqa: B023 (called at once)
+            except PlanError as error:
+                return error
+
+        cpu, _, done = timed(attempt)
+        if seed:  # the first compiles
+            seconds.append(cpu)
+        print(
+            f"  seed {seed}: {plan}; {'refused' if isinstance(done, PlanError) else 'certified'}, {cpu:.3f} s",
+            flush=True,
+        )
+        if isinstance(done, PlanError):
+            refused.append(f"seed {seed}: {done}")
+            lacking.append(len(done.certificate.contacts) if getattr(done, "certificate", None) else 0)
+            continue
+        proven += 1
+        longer.append(done.executed.trajectory.duration - plan.makespan - done.facts.get("delay", 0.0))
+        counts.append(_points(path))
+    print(
+        f"{name}: {proven} of {fields} certified as executed at {case.margin:g} mm less {ALLOWANCE:g}, "
+        f"without replanning, planned at {case.margin + case.room:g} mm"
+    )
+    if seconds:
+        print(f"  export with proof: {statistics.median(seconds):.3f} s of CPU, worst {max(seconds):.3f} s")
+    if longer:
+        print(f"  longer than the plan: {statistics.median(longer):.3f} s, worst {max(longer):.3f} s")
+    if counts and counts[0]:
+        print(f"  points of a robot, median of medians: {np.median(counts, axis=0).tolist()} (busier axis, both axes)")
+    for line in refused[:3]:
+        print(f"  {line[:300]}")
+    if lacking:
+        print(f"  contacts of those not certified: median {statistics.median(lacking):g}, most {max(lacking)}")
+
+
+def _points(path: Path) -> tuple[float, ...]:
+    """Points of a robot's busier axis and of both, medians; nothing where there are none."""
+    if path.suffix != ".json":
+        return ()
+    sent = json.loads(path.read_text()).get("trajectory", {})
+    counts = np.array([[len(axes["alpha"]), len(axes["beta"])] for axes in sent.values()])
+    return (float(np.median(counts.max(axis=1))), float(np.median(counts.sum(axis=1)))) if len(counts) else ()
+
+
+def faulty(sent: dict[str, Any], rng: np.random.Generator) -> dict[str, Any]:
+    """A trajectory with one fault: a knot moved, two robots exchanged, or a robot late."""
+    made = dict(sent)
+    first, second = rng.choice(list(made), 2, replace=False)
+    kind = rng.integers(3)
+    if kind == 1:
+        made[first], made[second] = made[second], made[first]
+        return made
+    made[first] = json.loads(json.dumps(sent[first]))
+    if kind == 0:
+        points = made[first][("alpha", "beta")[rng.integers(2)]]
+        points[rng.integers(len(points))][0] += float(rng.normal(0.0, 60.0))
+    else:
+        late = float(rng.uniform(1.0, 15.0))
+        for points in made[first].values():
+            for point in points:
+                point[1] += late
+    return made
+
+
+def sampled_contacts(plane: fp.FocalPlane, motion: fp.Trajectory, margin: float, step: float) -> set[tuple[int, int]]:
+    """Pairs that come below the margin at one of many moments: a witness that knows no proof."""
+    found: set[tuple[int, int]] = set()
+    for t in np.arange(0.0, motion.duration + step, step):
+        gaps = plane.clearance(motion.at(t))
+        found |= {(int(i), int(j)) for i, j in plane.pairs[gaps < margin]}
+    return found
+
+
+def faults(count: int, data: Path) -> None:
+    """Plant faults into exports of 61 arms, one a file, and count contacts that sampling sees and audits miss."""
+    plane = fp.FocalPlane.hexagonal(4, 22.4, max_speed=SDSS_SPEED)
+    folder, rng = Path(tempfile.mkdtemp()), np.random.default_rng(0)
+    seen = missed = touched = 0
+    sent: dict[str, Any] = {}
+    for k in range(count):
+        if k % 100 == 0:
+            start, goal = (uniform_field(plane, k // 50 + each, 0.8) for each in (0, 1))
+            plan = fp.planners.Direct().plan(fp.Problem(plane, start, goal, 0.8))
+            sdss.write(plan, folder / "m.json")
+            sent = json.loads((folder / "m.json").read_text())["trajectory"]
+        (folder / "f.json").write_text(json.dumps(faulty(sent, rng)))
+        found = audit(plane, folder / "f.json", margin=0.75)
+        truth = sampled_contacts(plane, found.executed.trajectory, 0.75, 0.1)
+        proven = {contact.pair for contact in found.certificate.contacts}
+        if k % 500 == 499:
+            print(f"  {k + 1}: {touched} touch, {seen} contacts seen, {missed} missed", flush=True)
+        seen, missed, touched = seen + len(truth), missed + len(truth - proven), touched + bool(proven)
+    print(
+        f"faults: {count} planted, {touched} make something touch; sampling sees {seen} contacts, audits miss {missed}"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=(*CASES, "faults"))
+    parser.add_argument("--fields", type=int, default=50, help="fields, or faults")
+    parser.add_argument("--data", type=Path, default=DATA)
+    given = parser.parse_args()
+    if given.what == "faults":
+        faults(given.fields, given.data)
+    else:
+        exports(given.what, given.fields, given.data)
+
+
+if __name__ == "__main__":
+    main()

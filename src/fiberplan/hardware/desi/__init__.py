@@ -1,0 +1,113 @@
+"""DESI: hardware move tables, in which each axis turns by whole steps of its motor, row by row.
+
+A file is a table with a line a positioner, as the instrument archives it. Facts from the public code and tables of the
+instrument's team; not verified on hardware.
+
+- `encode`: from a plan to rows: cruise and creep, jogs of linear phi motors, the tail that takes out backlash
+- `decode`: from rows to the motion they cause, ramps included
+- `calibration`: buses and linear motors, from a focal-plane file
+"""
+
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fiberplan.certificates import Certificate, verify
+from fiberplan.errors import TrajectoryError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
+from fiberplan.hardware.desi.calibration import motors_of
+from fiberplan.hardware.desi.decode import COLUMNS, decode
+from fiberplan.hardware.desi.encode import as_csv, tables, with_room_for_the_tail
+from fiberplan.motion import Executed
+from fiberplan.plan import Plan
+from fiberplan.problem import State
+from fiberplan.tables.contents import read_whole
+
+__all__ = ["accepts", "motors_of", "prove", "read", "with_room_for_the_tail", "write"]
+
+FASTEST = 180_000 / (46 / 14 + 1) ** 4  #: of all motors: linear phi, 30,000 rpm over the gear [deg/s]
+
+
+def write(
+    plan: Plan,
+    path: str | os.PathLike,
+    *,
+    calibration: str | os.PathLike | None = None,
+    tail: bool = True,
+    allowance: float = ALLOWANCE,
+) -> HandedOver:
+    """Write a plan's motion as move tables, proven as they are read back.
+
+    Args:
+        plan: to be executed; positioners that do not turn have no table.
+        path: of the file.
+        calibration: a ``fp-*.ecsv``, or its folder: buses, and who has a linear phi motor; unless given, no bus is
+            named and nobody has.
+        tail: 3 deg back and 3 deg forth in creep at the end of each axis that turns, which takes out backlash.
+        allowance: the executed motion may keep this much less than the plan's margin [mm].
+
+    Returns:
+        the proof; tables, rows and the time that the tables take longer than the plan [s] as facts.
+
+    Raises:
+        PlanError: a positioner without device id, a motion that is not proven, a file that cannot be written.
+        InstrumentError: a calibration that cannot be used.
+    """
+    motors, file = motors_of(calibration), Path(path)
+    made = tables(plan, dict.fromkeys(motors.linear, True), motors.buses, tail)
+    counts = [len(table.rows) for table in made]
+    longest = max((sum(r.time + r.pause / 1000 for r in table.rows) for table in made), default=0.0)
+    facts = {
+        "tables": len(made),
+        "rows": sum(counts),
+        "rows of one, at most": max(counts, default=0),
+        "seconds longer than the plan": round(longest - plan.makespan, 3),
+    }
+    plane = plan.problem.plane
+
+    def decoded(written: bytes, state: State) -> Executed:
+        return decode(file, written, plane, state, motors.linear)
+
+    return hand_over(plan, path, as_csv(made), decoded, allowance, facts, prove)
+
+
+def read(
+    path: str | os.PathLike,
+    plane: FocalPlane,
+    state: State | None = None,
+    *,
+    linear: Iterable[str] = (),
+) -> Executed:
+    """The motion that a file of move tables causes.
+
+    Args:
+        path: of the file.
+        plane: whose positioners it moves, by device id.
+        state: where they stand before; folded unless given. Positioners without a table stay there.
+        linear: device ids of those whose phi has a linear motor, besides those that the file names (column zeno).
+
+    Raises:
+        TrajectoryError: a column, cell or positioner that cannot be used; one line that names it.
+    """
+    path = Path(path)
+    return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state), frozenset(linear))
+
+
+def prove(plane: FocalPlane, executed: Executed, margin: float, **options: Any) -> Certificate:
+    """Proof of an executed motion, as `verify`: rows say how far axes turn, not how fast, so no speed is too large."""
+    return verify(plane.replace(max_speed=np.full((plane.n, 2), np.radians(FASTEST))), executed, margin, **options)
+
+
+def accepts(path: Path, content: bytes) -> bool:
+    """Whether a file is a table of moves."""
+    heading = content[:4096].split(b"\n", 1)[0].decode("utf-8", "replace")
+    return set(COLUMNS) <= {name.strip() for name in heading.split(",")}
+
+
+CONTROLLERS.register("desi")(sys.modules[__name__])

@@ -1,0 +1,138 @@
+"""MOONS: waveforms, whole steps of both motors in each segment of 125 ms.
+
+A file is JSON with ``configPaths`` (for each unit alpha and beta [rad] at the ends of segments) and ``configMotion``
+(pairs of steps a segment). Facts of the driver's public documents, rule set 5; not verified on hardware.
+
+- `encode`: from a plan to steps, or a refusal by unit, motor and moment
+- `decode`: from a file to the motion it causes
+"""
+
+import dataclasses
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from fiberplan.arrays import number
+from fiberplan.errors import PlanError, TrajectoryError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
+from fiberplan.hardware.moons.decode import decode
+from fiberplan.hardware.moons.encode import CHANGE, LEAST, MOST, RANGES, SEGMENT, STEPS, as_json, waveforms
+from fiberplan.motion import Executed
+from fiberplan.plan import Plan
+from fiberplan.problem import State
+from fiberplan.shaping import shape
+from fiberplan.tables.contents import plain_name, read_whole
+
+__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "in_segments", "read", "with_the_drivers_limits", "write"]
+
+STEP = np.radians(1.0 / np.array(STEPS))  #: turn of alpha and beta in one step [rad]
+LATENCY = 0.02  #: between the starts of units [s]
+
+
+def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, latency: float = LATENCY) -> HandedOver:
+    """Write a plan's motion as a waveform, proven as it is read back; what the driver refuses is shaped to its steps.
+
+    Args:
+        plan: to be executed, best planned `with_the_drivers_limits`; units that do not turn are not named.
+        path: of the file.
+        allowance: the executed motion may keep this much less than the plan's margin [mm].
+        latency: clocks of units may be off by this [s].
+
+    Returns:
+        the proof; units and segments as facts.
+
+    Raises:
+        PlanError: what the driver refuses, a motion that is not proven, a file that cannot be written.
+    """
+    latency = _seconds(latency, PlanError)
+    fit = in_segments(plan)
+    made, file, plane = waveforms(fit), Path(path), plan.problem.plane
+    facts = {"units": len(made), "segments": len(made[0].steps) if made else 0, "segment": SEGMENT}
+    facts["seconds longer than the plan"] = round(fit.makespan - plan.makespan, 3)
+
+    def decoded(written: bytes, state: State) -> Executed:
+        return decode(file, written, plane, state, latency)
+
+    if not made:
+        raise PlanError(f"{file}: nobody turns: a waveform names a unit at least")
+    return hand_over(plan, path, as_json(made), decoded, allowance, facts)
+
+
+def read(
+    path: str | os.PathLike, plane: FocalPlane, state: State | None = None, *, latency: float = LATENCY
+) -> Executed:
+    """The motion that a waveform causes.
+
+    Args:
+        path: of the file.
+        plane: whose units it moves.
+        state: where they stand before; where their paths begin, or folded, unless given.
+        latency: clocks of units may be off by this [s].
+
+    Raises:
+        TrajectoryError: a file, unit or value that cannot be used; one line that names it.
+    """
+    path, latency = Path(path), _seconds(latency, TrajectoryError)
+    return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state), latency)
+
+
+def accepts(path: Path, content: bytes) -> bool:
+    """Whether a file is a waveform."""
+    return plain_name(path).suffix.lower() == ".json" and (b'"configPaths"' in content or b'"configMotion"' in content)
+
+
+def with_the_drivers_limits(plane: FocalPlane) -> FocalPlane:
+    """The same with the driver's joint ranges, speeds and accelerations where they are narrower: plan with these."""
+    steps = np.radians(1.0 / np.array(STEPS))
+    low, high = np.radians(RANGES).T
+    lower, upper = np.maximum(plane.lower, low), np.minimum(plane.upper, high)
+    fastest = np.minimum(plane.max_speed, MOST * steps / SEGMENT)
+    return plane.replace(
+        lower=lower,
+        upper=upper,
+        folded=np.clip(plane.folded, lower, upper),
+        max_speed=fastest,
+        min_speed=np.minimum(fastest, LEAST * steps / SEGMENT),
+        max_acceleration=np.tile(CHANGE * steps / SEGMENT**2, (plane.n, 1)),
+    )
+
+
+def in_segments(plan: Plan) -> Plan:
+    """The plan's motion in whole steps a segment, as near to it as that keeps clear; as it is if it is so already.
+
+    Raises:
+        PlanError: steps in which a motor cannot get where it should.
+    """
+    try:
+        waveforms(plan)
+    except PlanError:
+        problem = plan.problem
+        assert problem.position_error is not None  # set on construction
+        try:
+            shaped = shape(
+                plan.trajectory,
+                with_the_drivers_limits(problem.plane),
+                problem.margin,
+                problem.position_error,
+                problem.near_start == "open" or problem.needs_opening,
+                segment=SEGMENT,
+                step=STEP,
+            )
+        except TrajectoryError as error:
+            raise PlanError(str(error)) from None
+        return dataclasses.replace(plan, trajectory=shaped.trajectory)
+    return plan
+
+
+def _seconds(latency: float, error: type[PlanError] | type[TrajectoryError]) -> float:
+    latency = number(latency, "s", "latency", error)
+    if not 0 <= latency < np.inf:
+        raise error(f"latency must be a time of 0 s or more, got {latency:g}")
+    return latency
+
+
+CONTROLLERS.register("moons")(sys.modules[__name__])

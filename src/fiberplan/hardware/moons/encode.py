@@ -1,0 +1,100 @@
+"""From a plan to a waveform of MOONS: whole steps of both motors in each segment of 125 ms.
+
+Steps are differences of places, rounded to whole steps from where the unit stands, so that nothing drifts. The rules
+are those of the driver's default set, number 5; a motion that breaks one is refused by unit, motor and moment.
+"""
+
+import json
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.errors import PlanError
+from fiberplan.plan import Plan
+
+SEGMENT = 0.125  #: [s]
+MOST_SEGMENTS = 256
+STEPS = (113.8986, 84.3146)  #: of alpha and beta a degree
+ORIGIN = (-180.0, 0.0)  #: where steps are counted from [deg]
+RANGES = ((-180.2, 159.0), (-179.3, 141.0))  #: of alpha and beta [deg]
+LEAST, MOST = 62, 250  #: steps in a segment, unless none
+FIRST = 69  #: steps in the first and last segment of a turn, at most
+CHANGE = 50  #: of steps from one segment to the next, at most
+_ROUNDING = 1e-9  # of a segment
+
+
+class Waveform(NamedTuple):
+    """What one unit is sent."""
+
+    unit: str
+    places: np.ndarray  #: (segments + 1, 2) since the origins [steps]
+
+    @property
+    def steps(self) -> np.ndarray:
+        """(segments, 2) of alpha and beta."""
+        return np.diff(self.places, axis=0)
+
+
+def waveforms(plan: Plan) -> list[Waveform]:
+    """The waveforms of all units that turn, equally long; others, and those that are locked, are not named.
+
+    Raises:
+        PlanError: what the driver refuses, by unit, motor and moment.
+    """
+    plane, motion = plan.problem.plane, plan.trajectory
+    count = math.ceil(motion.duration / SEGMENT - _ROUNDING)
+    if count > MOST_SEGMENTS:
+        raise PlanError(
+            f"the motion takes {motion.duration:.3f} s, {count} segments; the driver takes {MOST_SEGMENTS} of "
+            f"{SEGMENT:g} s ({MOST_SEGMENTS * SEGMENT:g} s)"
+        )
+    times = np.arange(count + 1) * SEGMENT
+    degrees = np.degrees(motion.sampled(times))
+    places = np.rint((degrees[:, :1] - ORIGIN) * STEPS) + np.rint((degrees - degrees[:, :1]) * STEPS)
+    places = places.astype(np.int64)
+    made = []
+    for i in np.flatnonzero(plane.online).tolist():
+        wave = Waveform(plane.ids[i], places[i])
+        if wave.steps.any():
+            for complaint in _refused(wave):
+                raise PlanError(f"positioner '{plane.ids[i]}': {complaint}")
+            made.append(wave)
+    return made
+
+
+def _refused(wave: Waveform) -> Iterator[str]:
+    """What of a waveform the driver refuses."""
+    for motor, name in enumerate(("alpha", "beta")):
+        degrees = wave.places[:, motor] / STEPS[motor] + ORIGIN[motor]
+        low, high = RANGES[motor]
+        for k in np.flatnonzero((degrees < low) | (degrees > high)).tolist():
+            yield f"{name} is {degrees[k]:.6g} deg at {k * SEGMENT:.3f} s, the driver takes {low:g} to {high:g} deg"
+        before = 0
+        for k, steps in enumerate([*wave.steps[:, motor].tolist(), 0]):
+            fault = _rule(before, steps)
+            if fault:
+                yield f"{name} makes {steps} steps from {k * SEGMENT:.3f} s, {fault}"
+            before = steps
+
+
+def _rule(before: int, steps: int) -> str:
+    """Which rule the steps of a segment break, after those of the segment before; "" for none."""
+    if abs(steps) > MOST:
+        return f"at most {MOST} are allowed"
+    if 0 < abs(steps) < LEAST:
+        return f"at least {LEAST} or none are allowed"
+    if before * steps > 0 and abs(steps - before) > CHANGE:
+        return f"after {before}: {CHANGE} more or fewer are allowed"
+    for edge in (before, steps) if before * steps <= 0 else ():
+        if abs(edge) > FIRST:
+            return f"after {before}: a turn begins and ends with {FIRST} at most"
+    return ""
+
+
+def as_json(made: list[Waveform]) -> bytes:
+    """Both forms in one file: paths in rad at the ends of segments, and steps."""
+    paths = {w.unit: np.radians(w.places / STEPS + ORIGIN).T.tolist() for w in made}
+    steps = {w.unit: w.steps.tolist() for w in made}
+    return json.dumps({"configPaths": paths, "configMotion": steps}).encode()

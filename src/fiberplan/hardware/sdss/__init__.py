@@ -1,0 +1,89 @@
+"""SDSS-V (jaeger): trajectories in which each axis of each robot has points of its own.
+
+A file is YAML or JSON: for each robot, by number, ``alpha`` and ``beta`` as lists of [deg, s]. The first point is at a
+delay, in which the paths are sent, and where the robot stands. Facts from the public code of the operating team; not
+verified on hardware.
+
+- `encode`: from a plan to as few points as tell its motion
+- `decode`: from a file, or the dump of a move, to the motion it causes
+"""
+
+import os
+import sys
+from pathlib import Path
+
+from fiberplan.arrays import number
+from fiberplan.errors import PlanError, TrajectoryError
+from fiberplan.focal_plane import FocalPlane
+from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
+from fiberplan.hardware.sdss.decode import decode, document
+from fiberplan.hardware.sdss.encode import as_json, as_yaml, paths
+from fiberplan.motion import Executed
+from fiberplan.plan import Plan
+from fiberplan.problem import State
+from fiberplan.tables.contents import plain_name, read_whole
+
+__all__ = ["DELAY", "accepts", "read", "write"]
+
+DELAY = 1.0  #: time in which the paths are sent [s]
+A_MESSAGE = {"APO": 3, "LCO": 10}  #: points of an axis that one message holds, by observatory
+_ENDINGS = (".json", ".yaml", ".yml")
+
+
+def write(plan: Plan, path: str | os.PathLike, *, delay: float = DELAY, allowance: float = ALLOWANCE) -> HandedOver:
+    """Write a plan's motion for the controllers of SDSS-V, proven as it is read back.
+
+    Args:
+        plan: to be executed; robots that cannot move are not in the file.
+        path: of the file; one that ends in .yaml or .yml is YAML, any other JSON.
+        delay: time of the first point [s].
+        allowance: the executed motion may keep this much less than the plan's margin [mm].
+
+    Returns:
+        the proof, and points and messages as facts.
+
+    Raises:
+        PlanError: what the controllers cannot do, a motion that is not proven, a file that cannot be written.
+    """
+    delay = number(delay, "s", "delay", PlanError)
+    if not 0 <= delay < float("inf"):
+        raise PlanError(f"delay must be a time of 0 s or more, got {delay:g}")
+    file, sent = Path(path), paths(plan, delay)
+    content = as_yaml(sent) if file.suffix.lower() in _ENDINGS[1:] else as_json(sent)
+    counts = [len(axis) for robot in sent for axis in (robot.alpha, robot.beta)]
+    messages = {site: sum(-(-count // size) for count in counts) for site, size in A_MESSAGE.items()}
+    facts = {"robots": len(sent), "points": sum(counts), "messages": messages, "delay": delay}
+    plane = plan.problem.plane
+    return hand_over(plan, path, content, lambda written, state: decode(file, written, plane, state), allowance, facts)
+
+
+def read(path: str | os.PathLike, plane: FocalPlane, state: State | None = None) -> Executed:
+    """The motion that a trajectory file, or the dump of a move, causes.
+
+    Args:
+        path: of the file.
+        plane: whose robots it moves, by number or hole.
+        state: where they stand before; folded unless given. Robots that the file leaves out stay there.
+
+    Raises:
+        TrajectoryError: a file, robot, axis or point that cannot be used; one line that names it.
+    """
+    path = Path(path)
+    return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state))
+
+
+def accepts(path: Path, content: bytes) -> bool:
+    """Whether a file is a trajectory, or the dump of one."""
+    if plain_name(path).suffix.lower() not in _ENDINGS:
+        return False
+    try:
+        held = document(path, content)
+    except TrajectoryError:
+        return False
+    sent = held.get("trajectory", held)
+    paths = sent.values() if isinstance(sent, dict) else [None]
+    return all(isinstance(axes, dict) and {"alpha", "beta"} <= set(axes) for axes in paths)
+
+
+CONTROLLERS.register("sdss")(sys.modules[__name__])

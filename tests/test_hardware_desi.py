@@ -1,0 +1,347 @@
+"""Move tables of DESI: the instrument's own golden numbers both ways, and two tables that were really sent."""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.errors import PlanError, TrajectoryError, UnprovenError
+from fiberplan.hardware import desi
+from fiberplan.hardware.desi.decode import Tables, axis_turn, read_tables
+from fiberplan.hardware.desi.encode import Move, moves_of, rows_of, turned, turned_linear
+
+RETRACTED = 114.0 + 1.085708  # phi of the envelope Eo, as the golden positioners count it [deg]
+
+
+class Golden(NamedTuple):
+    """A table as it is printed."""
+
+    where: str
+    steps: list[tuple[int, int]]
+    modes: list[tuple[str, str]]
+    times: list[str]
+    pauses: list[int]
+    total: float
+    linear: bool
+    said: dict
+
+    @property
+    def tables(self):
+        cruise = np.array([[mode == "cruise" for mode in row] for row in self.modes])
+        times, pauses = np.array(self.times, float), np.array(self.pauses) / 1000
+        return Tables("M0", "line 2", self.linear, np.array(self.steps), cruise, times, pauses)
+
+
+def golden_tables(node, where=""):
+    if isinstance(node, list):
+        for k, each in enumerate(node):
+            yield from golden_tables(each, f"{where}[{k}]")
+    elif isinstance(node, dict):
+        for name, text in node.get("move_tables", {}).items():
+            heads = dict(map(str.strip, line.split(":", 1)) for line in text if ":" in line)
+            rows = [line.split() for line in text if line.split()[0].lstrip("-").isdecimal()]
+            steps = [(int(row[0]), int(row[1])) for row in rows]
+            modes, times, pauses = (
+                [(row[2], row[3]) for row in rows],
+                [row[4] for row in rows],
+                [int(row[5]) for row in rows],
+            )
+            total, linear = float(heads["total_time"]), heads.get("zeno") == "P"
+            yield Golden(f"{where} {name}", steps, modes, times, pauses, total, linear, node)
+        for key, each in node.items():
+            if key != "move_tables":
+                yield from golden_tables(each, f"{where}/{key}")
+
+
+@pytest.fixture(scope="module")
+def golden(shared_data):
+    files = sorted((shared_data / "desi" / "baselines").glob("*.json"))
+    found = [table for file in files for table in golden_tables(json.loads(file.read_text())["data"], file.name[:2])]
+    assert len(found) == 45
+    return found
+
+
+def same_time(printed, seconds):
+    """Whether a time reads as printed, in as many decimals."""
+    decimals = len(printed.partition(".")[2])
+    return abs(float(printed) - seconds) <= 0.5 * 10**-decimals + 1e-9
+
+
+def test_golden_rows_are_written_as_printed(golden):
+    """What a row turns, written again: the same steps, the same mode, the same time."""
+    for table in golden:
+        for k, steps in enumerate(table.steps):
+            times = []
+            for axis, (count, mode) in enumerate(zip(steps, table.modes[k], strict=True)):
+                if count:
+                    linear = table.linear and axis == 1
+                    turn = axis_turn(count, mode == "cruise", linear)
+                    made = turned_linear(turn.angles[-1]) if linear else turned(turn.angles[-1], mode == "creep")
+                    assert made.steps == count, table.where
+                    times.append(made.time)
+            assert same_time(table.times[k], max(times, default=0.0)), table.where
+
+
+def test_golden_times_add_up(golden):
+    for table in golden:
+        assert abs(table.tables.begins[-1] - table.total) < 0.0005 * len(table.steps), table.where
+
+
+HOME = (0.0, 100.0)  # where golden positioners begin
+
+
+def end_of(table):
+    """Where a table leads, as printed."""
+    said = table.said.get("final_state", table.said)
+    said = said.get("positioner_state", said)
+    if "positioner_states" in said:
+        said = said["positioner_states"][table.where.split()[-1]]
+    return np.array(said["posintTP"] if "posintTP" in said else table.said["enabled_state"]["posintTP"])
+
+
+def begin_of(table, golden):
+    """The printed position from which a table leads to where it is printed to; None if there is none."""
+    name, file = table.where.split()[-1], table.where[:2]
+    printed = [end_of(other) for other in golden if other.where[:2] == file and other.where.split()[-1] == name]
+    for begin in (np.array(HOME), *printed):
+        if np.allclose(begin + table.tables.net[-1], end_of(table), atol=1.01e-6, rtol=0):
+            return begin
+    return None
+
+
+def test_golden_positions_are_where_tables_lead(golden):
+    """Net turns to the last digit printed, from one printed position to the next."""
+    lost = [table.where for table in golden if begin_of(table, golden) is None]
+    assert lost == []
+
+
+def test_golden_moves_are_written_as_printed(golden):
+    """From targets to whole tables: retract, rotate, extend; modes, steps, times and tail as printed."""
+    checked = 0
+    for table in golden:
+        if table.where[:2] not in ("10", "11") or "target" not in table.said:
+            continue
+        start, target = begin_of(table, golden), np.array(table.said["target"])
+        theta, phi = target - start
+        if sum(p != 0 for _, p in table.steps) >= 4:  # two of them the tail's, or jogs
+            moves = [Move((0, RETRACTED - start[1])), Move((theta, 0)), Move((0, target[1] - RETRACTED))]
+        else:
+            moves = [Move((theta, phi))]
+        rows = rows_of(moves, table.linear)
+        assert [row.steps for row in rows] == table.steps, table.where
+        assert [row.mode for row in rows] == table.modes, table.where
+        assert all(same_time(printed, row.time) for printed, row in zip(table.times, rows, strict=True)), table.where
+        checked += 1
+    assert checked == 8
+
+
+def test_a_table_of_two_moves_is_written_as_printed():
+    """Golden table 07: 30 and 20 deg, half a second, -15 and 10 deg, tail."""
+    rows = rows_of([Move((30.0, 20.0), 500), Move((-15.0, 10.0))])
+    assert [row.steps for row in rows] == [(-2659, -1637), (1125, -614), (-10121, 10121), (10139, -10118)]
+    assert [round(row.time, 6) for row in rows] == [0.193056, 0.107833, 1.124556, 1.126556]
+    assert [row.pause for row in rows] == [500, 0, 0, 0]
+    assert [row.mode for row in rows] == [("cruise", "cruise")] * 2 + [("creep", "creep")] * 2
+    cruise = np.array([[mode == "cruise" for mode in row.mode] for row in rows])
+    table = Tables(
+        "M0",
+        "",
+        False,
+        np.array([row.steps for row in rows]),
+        cruise,
+        np.array([row.time for row in rows]),
+        np.zeros(4),
+    )
+    expected = [[30.00094, 20.003887], [15.005361, 30.00094], [18.005425, 27.000875], [15.000025, 30.00005]]
+    np.testing.assert_allclose(table.net, expected, atol=5.1e-7, rtol=0)
+
+
+@pytest.mark.parametrize("petal", ["04", "07"])
+def test_real_tables_are_read_whole(shared_data, petal):
+    """Every row: net angles by hand from steps, times and pauses as the file adds them up."""
+    (path,) = (shared_data / "desi" / "move_tables").glob(f"hwtables_ptlid{petal}*.csv")
+    tables = read_tables(path, path.read_bytes())
+    assert (len(tables), sum(len(t.time) for t in tables)) == {"04": (453, 3869), "07": (431, 3710)}[petal]
+    totals = {row.split(",")[6]: float(row.split(",")[-2]) for row in _unquoted(path)}
+    gear = (46 / 14 + 1) ** 4
+    for table in tables:
+        assert abs(table.begins[-1] - totals[table.posid]) <= 0.0005 * len(table.pause)  # pauses are in whole ms
+        motor = np.where(table.cruise, 3.3 * np.abs(table.steps) + 2 * 673.2, 0.1 * np.abs(table.steps))
+        turns = -np.sign(table.steps) * motor / gear
+        np.testing.assert_allclose(table.net, np.cumsum(turns, axis=0), atol=1e-9)
+        for row, time in enumerate(table.time):
+            longest = max(turn.times[-1] for turn in table.turns(row))
+            assert -1e-9 <= time - longest <= 0.0014  # cruise is booked 1.3 ms longer than it takes
+
+
+def _unquoted(path):
+    """Lines of a CSV file, commas within quotes taken out."""
+    for line in path.read_text().splitlines()[1:]:
+        yield "".join(part.replace(",", ";") if k % 2 else part for k, part in enumerate(line.split('"')))
+
+
+def test_real_rows_are_written_as_they_were_sent(shared_data):
+    """Each row's turns, written again, have the steps, modes and time that were sent."""
+    count = 0
+    for path in sorted((shared_data / "desi" / "move_tables").glob("*.csv")):
+        for table in read_tables(path, path.read_bytes()):
+            for row, time in enumerate(table.time):
+                made = [
+                    turned(turn.angles[-1], not table.cruise[row, k])
+                    for k, turn in enumerate(table.turns(row))
+                    if len(turn.times) > 1
+                ]
+                assert [m.steps for m in made] == [s for s in table.steps[row] if s]
+                assert max((m.time for m in made), default=0.0) == pytest.approx(time, abs=1e-9)
+                count += len(made)
+    assert count == 5815
+
+
+def test_ramps_are_as_the_motor_runs_them():
+    """33 increments of 12 ticks: 0.1, 0.2, ... 3.3 deg of the motor a tick, and back."""
+    speeds = np.concatenate(
+        [np.repeat(np.arange(1, 34) * 0.1, 12), np.full(500, 3.3), np.repeat(np.arange(33, 0, -1) * 0.1, 12)]
+    )
+    place = -np.concatenate([[0.0], np.cumsum(speeds)]) / (46 / 14 + 1) ** 4
+    turn = axis_turn(500, True, False)
+    said = np.interp(np.arange(len(place)) / 18000, turn.times, turn.angles)
+    assert abs(said[-1] - place[-1]) < 1e-9
+    assert turn.times[-1] == pytest.approx((500 + 2 * 396) / 18000)
+    assert 0.3 * turn.error < np.abs(said - place).max() <= turn.error
+
+
+def test_short_turns_wait_for_more_or_for_the_tail():
+    """2 deg would creep for 0.75 s: theta takes them along later, phi leaves them to the tail."""
+    times = np.array([0.0, 0.1, 0.45])
+    moves, rest = moves_of(times, np.array([[0.0, 0.0], [2.0, 0.0], [60.0, 3.0]]), False)
+    assert [round(move.turn[0], 9) for move in moves] == [0.0, 60.0]  # after a pause
+    assert [move.turn[1] for move in moves] == [0.0, 0.0]
+    assert rest == (0.0, 3.0)
+    rows = rows_of(moves, rest=rest)
+    assert rows[-2].steps[1] == 0 or rows[-2].mode[1] == "creep"
+    cruise = np.array([[mode == "cruise" for mode in row.mode] for row in rows])
+    table = Tables(
+        "M0",
+        "",
+        False,
+        np.array([r.steps for r in rows]),
+        cruise,
+        np.array([r.time for r in rows]),
+        np.zeros(len(rows)),
+    )
+    np.testing.assert_allclose(table.net[-1], [60.0, 3.0], atol=2e-4)
+
+
+def test_pieces_slower_than_cruise_become_several_rows():
+    """60 and 30 deg in a second: the time has room for rows in which both axes cruise."""
+    moves, _ = moves_of(np.array([0.5, 1.5]), np.array([[0.0, 0.0], [60.0, 30.0]]), False)
+    assert moves[0] == Move((0.0, 0.0), 500)
+    assert len(moves) == 1 + 6  # of 5 deg of phi each
+    assert all(move.turn == pytest.approx((10.0, 5.0)) for move in moves[1:])
+    rows = rows_of(moves, tail=False)
+    assert sum(row.time + row.pause / 1000 for row in rows[:-1]) == pytest.approx(1.5 - 1 / 6, abs=0.001)
+
+
+SPEED = np.radians(59_400 / (46 / 14 + 1) ** 4)
+
+
+@pytest.fixture(scope="module")
+def seven():
+    """Seven arms of DESI's size; between the tail and the ranges there is room."""
+    plane = fp.FocalPlane.hexagonal(1, 10.4, (3.0, 3.0), 1.0, 0.8 * SPEED, lower=(-3.2, 0.0), upper=(3.2, 3.2))
+    return plane.replace(aliases=tuple(f"M{5000 + i:05d}" for i in range(plane.n)))
+
+
+def by_hand(plane, knots):
+    """A plan of knots (time [s], theta, phi [deg]) by positioner; the others rest folded."""
+    rows = [(i, *row) for i in range(plane.n) for row in knots.get(plane.ids[i], [(0.0, 0.0, 180.0)])]
+    owner, times, theta, phi = np.array(rows, float).T
+    motion = fp.Trajectory.from_knots(owner.astype(int), times, np.radians(np.stack([theta, phi], axis=1)), plane.n)
+    problem = fp.Problem(plane, motion.start, motion.end)
+    return fp.Plan(problem, motion, (fp.Outcome.ARRIVED,) * plane.n, "by hand")
+
+
+def fast(plane):
+    """The same with the speed that the motors have."""
+    return plane.replace(max_speed=np.full((plane.n, 2), SPEED))
+
+
+def test_what_is_written_is_executed_to_the_goal(tmp_path, seven):
+    """Ends within a micron; starts at the start; nobody is faster than cruise; those at rest have no table."""
+    plan = by_hand(fast(seven), {"R0C2": [(0, 0, 180), (1, 120, 150)], "R0C3": [(0.25, 0, 170), (0.75, -50, 120)]})
+    done = desi.write(plan, tmp_path / "t.csv")
+    executed = desi.read(tmp_path / "t.csv", plan.problem.plane, plan.state_at(0.0))
+    assert done.certificate.ok
+    assert done.certificate.violations == ()
+    away = plan.problem.plane.fibers(executed.trajectory.end) - plan.problem.plane.fibers(plan.trajectory.end)
+    assert np.abs(away).max() < 1e-3
+    assert done.facts["tables"] == 2
+    (line,) = [row for row in (tmp_path / "t.csv").read_text().splitlines() if "M05002" in row or "M05003" in row][:1]
+    assert line.startswith(",50")  # no bus is known without a calibration
+    assert desi.accepts(tmp_path / "t.csv", (tmp_path / "t.csv").read_bytes())
+
+
+def test_the_tail_is_swept(tmp_path, seven):
+    """Two that are clear along the plan, and touch three degrees before their goals in the tail."""
+    plane = fast(seven)
+    i, j = plane.index["R0C2"], plane.index["R0C3"]
+    phi = np.linspace(10.0, 120.0, 4001)
+    gaps = []
+    for p in phi:
+        angles = plane.folded.copy()
+        angles[i], angles[j] = np.radians([0.0, p]), np.radians([180.0, 150.0])
+        gaps.append(plane.clearance(angles).min())
+    first = phi[np.flatnonzero(np.array(gaps) > 0.02)[0]]  # smaller phi touches
+    assert 11 < first < 119
+    knots = {"R0C2": [(0, 0, 180), (1, 0, float(first))], "R0C3": [(0, 180, 180), (1, 180, 150)]}
+    plan = by_hand(plane, knots)
+    assert plan.certificate.ok
+    with pytest.raises(UnprovenError, match=r"t\.csv: not written: .* R0C2 and R0C3 at 1\.1"):
+        desi.write(plan, tmp_path / "t.csv")
+    assert desi.write(plan, tmp_path / "t.csv", tail=False, allowance=0.0).certificate.ok
+
+
+def test_who_has_no_device_id_is_named(tmp_path, seven):
+    plan = by_hand(seven.replace(aliases=()), {"R0C2": [(0, 0, 180), (1, 20, 180)]})
+    with pytest.raises(PlanError, match="positioner 'R0C2' has no device id"):
+        desi.write(plan, tmp_path / "t.csv")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        ("posid", "pid", "no column 'posid'"),
+        ("M05003", "M09999", "line 2: hexagonal has no positioner 'M09999'"),
+        ("'cruise'", "'crawl'", "line 2: speed_mode_P has 'crawl', neither cruise nor creep"),
+        ("[0, 10121", "[0.5, 10121", "line 2: motor_steps_P has 0.5"),
+        ("[0, 10121", "[10121", "line 2: rows differ in number"),
+        ("[0, 10121", "[0) 10121", "line 2: motor_steps_P is '.*', expected a list"),
+    ],
+)
+def test_bad_tables_are_one_line(tmp_path, seven, before, after, says):
+    steps, modes = "[0, 10121, -10121]", "['creep', 'creep', 'creep']"
+    cells = [",5003", f'"{steps}"', '"[-614, -10121, 10111]"', '"[0.079, 1.125, 1.123]"', "3", "M05003", '"[0, 0, 0]"']
+    cells += ["True", f'"{modes}"', "\"['cruise', 'creep', 'creep']\"", "2.3", "False"]
+    heads = "busid,canid,motor_steps_P,motor_steps_T,move_time,nrows,posid,postpause,required"
+    text = f"{heads},speed_mode_P,speed_mode_T,total_time,failed_to_send\n{','.join(cells)}\n"
+    (tmp_path / "t.csv").write_text(text)
+    assert desi.read(tmp_path / "t.csv", seven).trajectory.duration == pytest.approx(2.327, abs=0.002)
+    assert before in text
+    where = text.rindex(before) if before.startswith("'") else text.index(before)
+    if before == "'cruise'":
+        text = text.replace("['creep', 'creep', 'creep']", "['crawl', 'creep', 'creep']")
+    else:
+        text = text[:where] + after + text[where + len(before) :]
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(TrajectoryError, match=says) as caught:
+        desi.read(tmp_path / "t.csv", seven)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_real_petal_knows_its_buses_and_linear_motors(shared_data):
+    motors = desi.motors_of(shared_data / "desi")
+    assert motors.buses["M05826"] == (5826, "can30")
+    assert len(motors.linear) == 316

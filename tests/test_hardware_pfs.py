@@ -1,0 +1,120 @@
+"""Targets of PFS' cobras: phases that are safe whatever the speeds, and the proof that leaves speeds open."""
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.certificates.any_speed import contacts_at_any_speed
+from fiberplan.errors import PlanError, TrajectoryError, UnprovenError
+from fiberplan.hardware import pfs
+
+
+@pytest.fixture(scope="module")
+def seven():
+    """Seven cobras; phi is counted from folded."""
+    plane = fp.FocalPlane.hexagonal(1, 8.0, (2.375, 2.375), 0.5, 0.5, lower=(0, 0), upper=(6.6, 3.1), folded=(0, 0))
+    return plane.replace(zero=np.tile([0.0, -np.pi], (plane.n, 1)), ids=tuple(str(k + 1) for k in range(plane.n)))
+
+
+def by_ends(plane, start, end, margin=0.1):
+    """A plan whose ends are {cobra: (theta, phi) [deg]}, the others folded; everyone turns evenly."""
+    ends = []
+    for given in (start, end):
+        angles = plane.folded.copy()
+        for id_, pose in given.items():
+            angles[plane.index[id_]] = np.radians(pose)
+        ends.append(angles)
+    problem = fp.Problem(plane, *ends, margin)
+    motion = fp.Trajectory.from_samples(np.array([0.0, 20.0]), np.array(ends))
+    return fp.Plan(problem, motion, (fp.Outcome.ARRIVED,) * plane.n, "by hand")
+
+
+def any_speeds(plane, begin, end, rng, count=4000):
+    """The smallest clearance of configurations in which each joint is anywhere between its ends."""
+    smallest = np.inf
+    for _ in range(count):
+        part = rng.uniform(0.0, 1.0, begin.shape)
+        smallest = min(smallest, plane.clearance((1 - part) * begin + part * end).min())
+    return smallest
+
+
+def test_the_proof_leaves_speeds_open(seven):
+    """What random progress of joints finds to touch is found; what is proven clear no progress makes touch."""
+    rng = np.random.default_rng(1)
+    clear = touching = 0
+    for most in np.repeat([1.9, 3.1], 12):
+        begin, end = (np.stack([rng.uniform(0, 6.2, 7), rng.uniform(0, most, 7)], axis=1) for _ in range(2))
+        end[:, 0] = begin[:, 0] + rng.uniform(-0.8, 0.8, 7)
+        found = contacts_at_any_speed(seven, begin, end, 0.1, np.zeros(7))
+        sampled = any_speeds(seven, begin, end, rng, 300)
+        assert not (sampled < 0.1 and not found)
+        clear, touching = clear + (not found), touching + bool(found)
+    assert clear >= 2
+    assert touching >= 2
+
+
+def test_in_turn_out(tmp_path, seven):
+    """Phi in to 60 deg, theta, phi out: three iterations, proven; the file ends at the plan's end."""
+    plan = by_ends(seven, {"3": (20, 120), "4": (200, 60)}, {"3": (140, 100), "4": (90, 150)})
+    done = pfs.write(plan, tmp_path / "t.csv", visit=7)
+    assert done.facts == {"cobras": 2, "iterations": 3}
+    executed = pfs.read(tmp_path / "t.csv", seven, plan.state_at(0.0))
+    i = seven.index["3"]
+    times, _ = executed.trajectory.knots(i)
+    told = [np.degrees(executed.trajectory.at(t)[i]).tolist() for t in times]
+    np.testing.assert_allclose(told, [[20, 120], [20, 60], [140, 60], [140, 100]], atol=1e-9)
+    first = (tmp_path / "t.csv").read_text().splitlines()[1].split(",")
+    assert first[:4] == ["7", "1", "3", "0"]
+    assert pfs.accepts(tmp_path / "t.csv", (tmp_path / "t.csv").read_bytes())
+
+
+def facing(seven):
+    """Two goals that are clear, of arms of which one passes the other's place while both turn out."""
+    for a in range(0, 60, 3):
+        for b in range(120, 240, 3):
+            for phi in (150, 130):
+                try:
+                    plan = by_ends(seven, {}, {"3": (a, phi), "4": (b, 150)})
+                    if len(pfs.iterations(plan, 0.05, np.zeros(7))) == 3:
+                        return plan
+                except (fp.ProblemError, PlanError):
+                    continue
+    raise AssertionError("none found")
+
+
+def test_who_would_meet_turns_out_one_after_the_other(tmp_path, seven):
+    plan = facing(seven)
+    done = pfs.write(plan, tmp_path / "t.csv")
+    assert done.facts["iterations"] == 3  # theta, one out, the other out: both begin folded
+    assert done.certificate.ok
+
+
+def test_bytes_in_which_both_turn_out_at_once_are_not_left_behind(tmp_path, seven, monkeypatch):
+    plan = facing(seven)
+    jointly = pfs.iterations(plan, 0.05, np.zeros(7))
+    monkeypatch.setattr(pfs, "iterations", lambda *_: [jointly[0], jointly[-1]])
+    with pytest.raises(UnprovenError, match=r"not safe: 1 contacts \(margin 0.05 mm\): 3 and 4 at"):
+        pfs.write(plan, tmp_path / "t.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_too_many_iterations_are_refused(tmp_path, seven, monkeypatch):
+    monkeypatch.setattr("fiberplan.hardware.pfs.encode.MOST_ITERATIONS", 2)
+    with pytest.raises(PlanError, match="takes 3 iterations, 2 are made"):
+        pfs.write(by_ends(seven, {"3": (20, 120)}, {"3": (140, 100)}), tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ("1,99,0,0", "line 2: hexagonal has no positioner '99'"),
+        ("1.5,3,0,0", "line 2: iteration is 1.5, expected a whole number"),
+        ("1,3,0,0\n1,3,0,1", "line 3: cobra '3' is given twice in iteration 1"),
+        ("1,3,x,0", "line 2: theta is 'x', not a number"),
+    ],
+)
+def test_bad_tables_are_one_line(tmp_path, seven, rows, says):
+    (tmp_path / "t.csv").write_text(f"iteration,cobra_id,theta [deg],phi [deg]\n{rows}\n")
+    with pytest.raises(TrajectoryError, match=says) as caught:
+        pfs.read(tmp_path / "t.csv", seven)
+    assert "\n" not in str(caught.value)
