@@ -11,10 +11,12 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
+from fiberplan.planners.direct import paths as direct_paths
 from fiberplan.planners.direct import planner as direct_planner
 from fiberplan.planners.direct import search as direct_search
 from fiberplan.planners.direct.repair import place_each, repair
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.planners.direct.settling import settle, stop_here
 from fiberplan.scenes.decisive import pinwheel, row
 from fiberplan.scenes.uniform import uniform_field
 from problems import field_to_field, hexagon
@@ -257,11 +259,14 @@ def test_ctrl_c_gives_the_best_so_far(monkeypatch):
         assert len(plan.having(Outcome.ARRIVED)) == problem.n
 
 
-@pytest.mark.parametrize("name", ["repair", "place_each", "contacts_of_all", "untangled", "lengthened", "make_scratch"])
+@pytest.mark.parametrize(
+    "name", ["repair", "place_each", "contacts_of_all", "untangled", "lengthened", "make_scratch", "refined"]
+)
 def test_ctrl_c_at_any_moment(name, monkeypatch):
     """Before or after any of the things that the search does, for the first and second time."""
     problem = pinwheel()
-    done = getattr(direct_search, name)
+    room = direct_search if name == "untangled" else direct_paths
+    done = getattr(room, name)
     for moment, after in itertools.product((1, 2), (False, True)):
         calls = itertools.count(1)
 
@@ -275,7 +280,7 @@ def test_ctrl_c_at_any_moment(name, monkeypatch):
             return result
 
         with monkeypatch.context() as patched:
-            patched.setattr(direct_search, name, now)
+            patched.setattr(room, name, now)
             plan = fp.planners.Direct().plan(problem)
         assert plan.interrupted == (next(calls) > moment)
         assert plan.faults() == []
@@ -338,17 +343,17 @@ def test_settling_gives_up_the_least_and_holds_at_last():
     goal = np.radians([[-80.0, 0.0], [260.0, 0.0]])
     search = searched(fp.Problem(plane, plane.folded, goal, priority=np.array([5.0, 1.0])))
     assert search.touching == 1
-    assert search._settle() == [1]
+    assert settle(search) == [1]
     assert search.given_up == {1: (0,)}
     np.testing.assert_array_equal(search.lattice.path[1], np.tile(plane.folded[1], (search.steps + 1, 1)))
     assert not search.lattice.fixed[1]
-    search._give_up(1, (0,))  # it has no goal any more
+    search.give_up(1, (0,))  # it has no goal any more
     assert search.held == {1}
     assert search.lattice.fixed[1]
     assert search.given_up == {1: (0,)}
     if search.touching:
-        assert search._settle() == [0]  # what is held has nothing left to lose
-    search.stop_here()
+        assert settle(search) == [0]  # what is held has nothing left to lose
+    stop_here(search)
     assert search.touching == 0
 
 
@@ -357,7 +362,7 @@ def test_one_that_never_had_a_goal_is_held_and_not_lost():
     plane = row(2)
     start = np.radians([[120.0, 60.0], [0.0, 60.0]])
     search = searched(fp.Problem(plane, start, np.radians([[150.0, 90.0], [np.nan, np.nan]])))
-    search._give_up(1, (0,))
+    search.give_up(1, (0,))
     assert search.held == {1}
     assert search.given_up == {}
 
@@ -391,11 +396,12 @@ def test_repair_keeps_to_its_arrays_where_an_obstacle_is_touched():
     """As Python, which checks every index."""
     plane = fp.FocalPlane.hexagonal(0, 22.4)
     plane = plane.replace(obstacles=(Obstacle("post", [[0.0, 18.0]], 1.0),))
-    search = searched(fp.Problem(plane, np.radians([[60.0, 0.0]]), np.radians([[120.0, 0.0]])))
+    problem = fp.Problem(plane, np.radians([[60.0, 0.0]]), np.radians([[120.0, 0.0]]))
+    search = DirectSearch(problem, Neighbourhood.of(plane, 0.0), problem.goal, 6 * DEG, None, 0)
     lattice, near = search.lattice, search.near
     place_each(plane.arms, near._replace(offsets=read_only(0 * near.offsets, np.int64)), lattice, search.search,
                search._scratch, np.array([0]), search.steps)  # fmt: skip
-    search._update_all_contacts()
+    search.update_contacts()
     assert search.touching == 1
     for seed in range(6):
         search.search.state[0] = seed

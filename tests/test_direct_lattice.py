@@ -219,9 +219,10 @@ def alone(arms, near, lattice, i, j, limit, scratch, most):
 
 @kernel
 def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
-    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps)
+    clear = scratch.clear[0]
+    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear)
     joint_words(lattice, i, j, steps, scratch.begins)
-    return move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state)
+    return move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scratch, steps, state)
 
 
 @pytest.mark.parametrize("turn", [36.0, 30.0])

@@ -4,10 +4,10 @@ To add one, write a function of a seed and the data folder that returns a `fiber
 in its module's `SCENES`.
 """
 
-from scenes import miradas, moons, sdss, small, uniform
+from scenes import miradas, moons, real, sdss, small, uniform
 from scenes.scene import Scene
 
-MODULES = (small, miradas, uniform, sdss, moons)
+MODULES = (small, miradas, uniform, sdss, real, moons)
 SCENES: dict[str, Scene] = {scene.name: scene for module in MODULES for scene in module.SCENES}
 
 __all__ = ["SCENES", "Scene"]

@@ -8,10 +8,11 @@ reach a target, `goals.goals_in_time` has chosen one: the quickest that touches 
 
 Algorithm                                                             here
 ---------------------------------------------------------------------------------------------------------------------
- 1  K tau = the largest joint travel over its speed; a lattice for    `search.DirectSearch`, `lattice.make_lattice`,
+ 1  K tau = the largest joint travel over its speed; a lattice for    `paths.Paths`, `lattice.make_lattice`,
       each positioner through its goal, its start one more node         `lattice.step_length`
- 2  K = what any positioner needs past arms that never move; if       `search.DirectSearch.begin`,
-      that is more than allowed, its goal is given up                   `pairs.steps_past_fixed`
+ 2  K = what any positioner needs past arms that never move, on a     `narrow.steps_past_fixed`,
+      finer lattice or on a way of its own where the first is too       `pairs.steps_past_fixed`,
+      coarse; if that is more than allowed, its goal is given up        `passages.way_past_fixed`
  3  each positioner on its cheapest path, as if alone                 `repair.place_each`
  4  C = pairs in contact, in continuous time                          `contacts.contacts_of_all`
  5  until C is empty:                                                 `search.DirectSearch.run`, `repair.repair`
@@ -25,14 +26,18 @@ Algorithm                                                             here
         [ w_q for every neighbour in contact at k (pair q),             (a, b, k); nodes in contact by
           a little for extension, a little for turning ]                `blocked_nodes.mark_blocked`
 10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._update_contacts`
-11    if that takes more than some 400 replans: clusters of 3 or 4    `untangle.cluster_around`, `untangle.untangled`:
-        around pairs of C on joint paths; K += 1, 2, 3, ...             RRT-Connect, cut into whole steps
-12    if work or K is used up: clusters of 4 once; then the goals     `search.DirectSearch._settle`,
+11    who still touches what never moves: finer lattices, a way       `narrow.eased`
+12    if C gets no smaller in 100 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
+        and clusters of 3 or 4 around pairs of C get joint paths        `untangle.untangled`: RRT-Connect
+13    if work or K is used up: clusters of 4 once; then the goals     `settling.settle`,
         of least total priority that have a part in all of C are        `problem.least_cover.least_loss`
         given up, and the search goes on
-13  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
+14  while K is more than anyone is known to need: half as much more,  `search.DirectSearch.shorten`
+      with late positioners replanned, and 5 to 10 again; back to the
+      last solution where that gets stuck
+15  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
       stay clear                                                        `planners.shared.straighten`
-14  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
+16  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
       goal; if any loss is unproven, the fold hub is planned too,       `certificates.proven_unreachable`,
       and the plan of greater kept priority is returned                 `planners.greedy_fold`
 

@@ -9,7 +9,7 @@ import numpy as np
 from fiberplan.kernels.arms import frame, point
 from fiberplan.kernels.clearance import clearance_within, meet
 from fiberplan.kernels.compile import inlined, leaf
-from fiberplan.planners.direct.lattice import window
+from fiberplan.planners.direct.lattice import beta_at, window
 
 _ONE = np.uint64(1)
 _NONE = np.uint64(0)
@@ -38,7 +38,7 @@ def link_directions(arms, lattice, i, trig):
         first = lattice.alpha[i, a] + arm.alpha_zero
         trig[a, 0, 0], trig[a, 0, 1] = np.cos(first), np.sin(first)
         for b in range(lattice.size[i, 1]):
-            second = first + lattice.beta[i, b] + arm.beta_zero
+            second = first + beta_at(lattice, i, a, b) + arm.beta_zero
             trig[a, b + 1, 0], trig[a, b + 1, 1] = np.cos(second), np.sin(second)
 
 
@@ -117,6 +117,8 @@ def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
     two circles come near each other over one interval of beta. Pieces of the first link are near at all betas or none.
     """
     bits = _NONE
+    if lattice.size[i, 1] == 1:
+        return bit(0)
     for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
         mine = arms.piece[p]
         ride = np.hypot(mine.u, mine.v)

@@ -1,8 +1,13 @@
 """Joint space and time as the direct planner searches them: nodes for each joint, steps of equal length.
 
-Every positioner has a lattice of its own, whose spacing is what its joints turn in one step at full speed and which
-passes through its goal; its start is one node more. So a move to an adjacent node never exceeds a speed limit, and
-neither end needs rounding. Obstacles follow the positioners and never move.
+Every positioner has a lattice of its own, whose spacing is what its joints turn in one step at full speed, or a whole
+part of that: its pace is how many nodes a joint may go in a step. It passes through the goal, and the start is one node
+more. So a move within the pace never exceeds a speed limit, and neither end needs rounding. Obstacles follow the
+positioners and never move.
+
+A positioner for whom there is only one way past what never moves (`fiberplan.planners.direct.passages`) has a lattice
+of that way alone: its alpha nodes are the places it is at after each step, one beta node and what `ways` adds to it
+being the betas there. It may wait and go back, but nowhere else.
 
 The size of a lattice is bounded whatever the speeds and ranges: a move has at most `MOST_STEPS` steps, a beta
 `MOST_BETAS` nodes, and an alpha those of its move and a turn beyond either end.
@@ -28,7 +33,10 @@ class Lattice(NamedTuple):
 
     alpha: np.ndarray  #: (n, A) nodes, increasing, then NaN [rad]
     beta: np.ndarray  #: (n, B) [rad]
+    way: np.ndarray  #: (n,) row of `ways`
+    ways: np.ndarray  #: (m, A) added to beta at each alpha node [rad]: nothing in row 0
     size: np.ndarray  #: (n, 2) how many
+    pace: np.ndarray  #: (n, 2) how many nodes a joint may go in a step
     first: np.ndarray  #: (n, 2) the node of the start
     last: np.ndarray  #: (n, 2) the node of the goal; -1: anywhere safe
     path: np.ndarray  #: (arms, steps + 1, 2) where each arm is after each step [rad]
@@ -98,17 +106,54 @@ def step_length(plane: FocalPlane, start: np.ndarray, goal: np.ndarray, turn: fl
     return StepLength(float(longest), fastest * unit)
 
 
+class _Nodes(NamedTuple):
+    """The nodes of some positioners."""
+
+    alpha: np.ndarray  # (m, A), increasing, then NaN [rad]
+    beta: np.ndarray  # (m, B) [rad]
+    size: np.ndarray  # (m, 2)
+    first: np.ndarray  # (m, 2)
+    last: np.ndarray  # (m, 2)
+
+
 def _ranges(
-    plane: FocalPlane, start: np.ndarray, through: np.ndarray, spacing: np.ndarray
+    limits: tuple[np.ndarray, np.ndarray], start: np.ndarray, through: np.ndarray, spacing: np.ndarray, pace: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joint ranges (n, 2) to search [rad]: what lies around the move, which is all where that is not too many nodes."""
+    """Joint ranges (m, 2) to search [rad]: what lies around the move, which is all where that is not too many nodes."""
     ends = np.minimum(start, through), np.maximum(start, through)
     aside = (
-        np.minimum(float(MOST_BETAS), np.ceil(_ASIDE / spacing[:, 0])),
+        np.minimum(float(MOST_BETAS) * pace[:, 0], np.ceil(_ASIDE / spacing[:, 0])),
         np.floor((MOST_BETAS - 4 - (ends[1] - ends[0])[:, 1] / spacing[:, 1]) / 2),
     )
     around = np.stack(aside, axis=1) * spacing
-    return np.maximum(plane.lower, ends[0] - around), np.minimum(plane.upper, ends[1] + around)
+    return np.maximum(limits[0], ends[0] - around), np.minimum(limits[1], ends[1] + around)
+
+
+def _nodes(
+    plane: FocalPlane,
+    who: np.ndarray,
+    start: np.ndarray,
+    goal: np.ndarray,
+    duration: float,
+    steps: int,
+    widest: np.ndarray,
+    pace: np.ndarray,
+) -> _Nodes:
+    """The nodes of positioners `who` (m,), of rows `start` and `goal` (m, 2) [rad], at a `pace` (m, 2)."""
+    through = np.where(np.isnan(goal), start, goal)
+    full = np.minimum(
+        plane.max_speed[who] * UNDER_LIMIT * duration, np.maximum(widest, np.abs(through - start) / steps)
+    )
+    spacing = full / pace
+    low, high = _ranges((plane.lower[who], plane.upper[who]), start, through, spacing, pace)
+    most = np.floor((high - low) / spacing).astype(np.int64).max(axis=0, initial=0) + 3
+    nodes = [np.full((len(who), most[d]), np.nan) for d in (0, 1)]
+    size, first, last = (np.zeros((len(who), 2), np.int64) for _ in range(3))
+    for d in (0, 1):
+        own = [np.ascontiguousarray(x[:, d]) for x in (low, high, through, start, spacing)]
+        _place_nodes(*own, nodes[d], size[:, d], first[:, d], last[:, d])
+    last[np.isnan(goal[:, 0])] = -1
+    return _Nodes(nodes[0], nodes[1], size, first, last)
 
 
 def _extents(arms: Arms, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -152,21 +197,66 @@ def make_lattice(
         widest: (2,) nodes lie no farther apart than this [rad], unless the goal would be too many steps away.
     """
     n, arms = plane.n, plane.arms
-    through = np.where(np.isnan(goal), start, goal)
-    spacing = np.minimum(plane.max_speed * UNDER_LIMIT * duration, np.maximum(widest, np.abs(through - start) / steps))
-    low, high = _ranges(plane, start, through, spacing)
-    most = np.floor((high - low) / spacing).astype(np.int64).max(axis=0) + 3
-    nodes = [np.full((n, most[d]), np.nan) for d in (0, 1)]
-    size, first, last = (np.zeros((n, 2), np.int64) for _ in range(3))
-    for d in (0, 1):
-        own = [np.ascontiguousarray(x[:, d]) for x in (low, high, through, start, spacing)]
-        _place_nodes(*own, nodes[d], size[:, d], first[:, d], last[:, d])
-    last[np.isnan(goal[:, 0])] = -1
+    pace = np.ones((n, 2), np.int64)
+    nodes = _nodes(plane, np.arange(n), start, goal, duration, steps, widest, pace)
     path = np.zeros((len(arms.arm), steps + 1, 2))
     path[:n] = start[:, None]
     fixed = np.ones(len(arms.arm), bool)
     fixed[:n] = ~movable
-    return Lattice(nodes[0], nodes[1], size, first, last, path, *_extents(arms, n), fixed)
+    alpha, beta, size, first, last = nodes
+    way, ways = np.zeros(n, np.int64), np.zeros((1, alpha.shape[1]))
+    return Lattice(alpha, beta, way, ways, size, pace, first, last, path, *_extents(arms, n), fixed)
+
+
+def refined(
+    lattice: Lattice,
+    plane: FocalPlane,
+    who: np.ndarray,
+    pace: np.ndarray,
+    start: np.ndarray,
+    goal: np.ndarray,
+    duration: float,
+    steps: int,
+    widest: np.ndarray,
+) -> Lattice:
+    """The same with nodes for positioners `who` (m,) at another `pace` (m, 2); their paths stay as they are.
+
+    The rest as for `make_lattice`.
+    """
+    full = np.minimum(plane.max_speed[who, 1] * UNDER_LIMIT * duration, widest[1])
+    travel = np.nan_to_num(np.abs(goal[who, 1] - start[who, 1])) / full
+    pace = pace.copy()
+    pace[:, 1] = np.clip((MOST_BETAS - 6) // np.maximum(np.ceil(travel), 1), 1, pace[:, 1])  # a set is one word
+    finer = _nodes(plane, who, start[who], goal[who], duration, steps, widest, pace)
+    changed = {"pace": lattice.pace.copy()}
+    changed["pace"][who] = pace
+    for name in ("alpha", "beta"):
+        old, new = getattr(lattice, name), getattr(finer, name)
+        both = np.full((len(old), max(old.shape[1], new.shape[1])), np.nan)
+        both[:, : old.shape[1]] = old
+        both[who] = np.nan
+        both[who, : new.shape[1]] = new
+        changed[name] = both
+    for name in ("size", "first", "last"):
+        changed[name] = getattr(lattice, name).copy()
+        changed[name][who] = getattr(finer, name)
+    wider = changed["alpha"].shape[1] - lattice.alpha.shape[1]
+    return lattice._replace(ways=np.pad(lattice.ways, ((0, 0), (0, wider))), **changed)
+
+
+def on_its_way(lattice: Lattice, i: int, way: np.ndarray) -> Lattice:
+    """The same with positioner i on a `way` (m, 2) [rad] from start to goal, each place one step from the last."""
+    count = len(way)
+    wider = max(0, count - lattice.alpha.shape[1])
+    alpha = np.pad(lattice.alpha, ((0, 0), (0, wider)), constant_values=np.nan)
+    ways = np.pad(lattice.ways, ((0, 1), (0, wider)))
+    alpha[i], alpha[i, :count], ways[-1, :count] = np.nan, way[:, 0], way[:, 1]
+    changed = {name: getattr(lattice, name).copy() for name in ("beta", "way", "size", "pace", "first", "last")}
+    changed["beta"][i], changed["beta"][i, 0] = np.nan, 0.0
+    changed["way"][i] = len(ways) - 1
+    changed["size"][i], changed["pace"][i] = (count, 1), 1
+    changed["first"][i], changed["last"][i] = 0, (count - 1, 0)
+    return lattice._replace(alpha=alpha, ways=ways, **changed)
 
 
 def lengthened(lattice: Lattice, steps: int) -> Lattice:
@@ -179,10 +269,11 @@ def lengthened(lattice: Lattice, steps: int) -> Lattice:
 @inlined
 def window(lattice, i, k, steps):
     """First and last alpha node that positioner i can be at after step k, coming from its start, going to its goal."""
-    low, high = max(0, lattice.first[i, 0] - k), min(lattice.size[i, 0] - 1, lattice.first[i, 0] + k)
-    goal = lattice.last[i, 0]
+    pace, goal = lattice.pace[i, 0], lattice.last[i, 0]
+    gone, left = k * pace, (steps - k) * pace
+    low, high = max(0, lattice.first[i, 0] - gone), min(lattice.size[i, 0] - 1, lattice.first[i, 0] + gone)
     if goal >= 0:
-        low, high = max(low, goal - (steps - k)), min(high, goal + (steps - k))
+        low, high = max(low, goal - left), min(high, goal + left)
     return low, high
 
 
@@ -190,13 +281,20 @@ def window(lattice, i, k, steps):
 def between(lattice, i, d, steps):
     """First and last node of joint d that positioner i can pass on a path to its goal of so many steps."""
     first, last, most = lattice.first[i, d], lattice.last[i, d], lattice.size[i, d] - 1
+    far = steps * lattice.pace[i, d]
     if last < 0:
-        return max(0, first - steps), min(most, first + steps)
-    spare = max(steps - abs(last - first), 0) // 2
+        return max(0, first - far), min(most, first + far)
+    spare = max(far - abs(last - first), 0) // 2
     return max(0, min(first, last) - spare), min(most, max(first, last) + spare)
+
+
+@inlined
+def beta_at(lattice, i, a, b):
+    """Beta of positioner i at node (a, b) [rad]."""
+    return lattice.beta[i, b] + lattice.ways[lattice.way[i], a]
 
 
 @inlined
 def put(lattice, i, k, a, b):
     """Positioner i is at node (a, b) after step k."""
-    lattice.path[i, k, 0], lattice.path[i, k, 1] = lattice.alpha[i, a], lattice.beta[i, b]
+    lattice.path[i, k, 0], lattice.path[i, k, 1] = lattice.alpha[i, a], beta_at(lattice, i, a, b)

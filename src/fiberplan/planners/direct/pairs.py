@@ -24,7 +24,7 @@ from fiberplan.planners.direct.blocked_nodes import (
     mark_blocked,
     node_frame,
 )
-from fiberplan.planners.direct.lattice import between, put, window
+from fiberplan.planners.direct.lattice import beta_at, between, put, window
 
 UNKNOWN = -2  #: steps that a pair needs where finding out would take too long
 _MOST_LOOKS = 2**29  # words times steps that finding out may take: a few seconds
@@ -119,23 +119,30 @@ def _advance(lattice, i, j, k, steps, reach, here, there, turned, clear, clear_b
     next_low_i, next_high_i = window(lattice, i, k + 1, steps)
     next_low_j, next_high_j = window(lattice, j, k + 1, steps)
     betas = lattice.size[i, 1]
+    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
+    pace_c, pace_d = lattice.pace[j, 0], lattice.pace[j, 1]
     turned_block = Block(0, low_i, next_low_j, betas, max(next_high_j - next_low_j + 1, 0))
     for a in range(low_i, high_i + 1):
         for b in range(betas):
             before, row = _row(here, a, b), _row(turned_block, a, b)
             for c in range(next_low_j, next_high_j + 1):
                 bits = _NONE
-                for d in range(max(c - 1, low_j), min(c + 1, high_j) + 1):
+                for d in range(max(c - pace_c, low_j), min(c + pace_c, high_j) + 1):
                     bits |= reach[before + d]
-                turned[0, row + c] = bits | (bits << _ONE) | (bits >> _ONE)
+                for _ in range(pace_d):
+                    bits |= (bits << _ONE) | (bits >> _ONE)
+                turned[0, row + c] = bits
         for b in range(betas):
             row = _row(turned_block, a, b)
-            less, more = _row(turned_block, a, max(b - 1, 0)), _row(turned_block, a, min(b + 1, betas - 1))
             for c in range(next_low_j, next_high_j + 1):
-                turned[1, row + c] = turned[0, row + c] | turned[0, less + c] | turned[0, more + c]
+                turned[1, row + c] = turned[0, row + c]
+            for y in range(max(b - pace_b, 0), min(b + pace_b, betas - 1) + 1):
+                beside = _row(turned_block, a, y)
+                for c in range(next_low_j, next_high_j + 1):
+                    turned[1, row + c] |= turned[0, beside + c]
     anywhere = _NONE
     for a in range(next_low_i, next_high_i + 1):
-        left, right = max(a - 1, low_i), min(a + 1, high_i)
+        left, right = max(a - pace_a, low_i), min(a + pace_a, high_i)
         for b in range(betas):
             closed = holds(blocked_i[a], b)
             after, free = _row(there, a, b), _row(clear_block, a, b)
@@ -180,8 +187,8 @@ def _joint_end(lattice, i, j, reach, block, steps, end):
 
 
 @inlined
-def _foldedness(arms, lattice, i, b):
-    return -np.cos(lattice.beta[i, b] + arms.arm[i].beta_zero)
+def _foldedness(arms, lattice, i, a, b):
+    return -np.cos(beta_at(lattice, i, a, b) + arms.arm[i].beta_zero)
 
 
 @leaf
@@ -193,6 +200,8 @@ def _trace_back(arms, lattice, i, j, steps, reach, begins, end, variety, state):
     a, b, c, d = end[0], end[1], end[2], end[3]
     eager_i, eager_j = 1.0 - variety * uniform(state), 1.0 - variety * uniform(state)
     aside_i, aside_j = 0.1 * variety * (uniform(state) - 0.5), 0.1 * variety * (uniform(state) - 0.5)
+    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
+    pace_c, pace_d = lattice.pace[j, 0], lattice.pace[j, 1]
     put(lattice, i, steps, a, b)
     put(lattice, j, steps, c, d)
     for k in range(steps - 1, -1, -1):
@@ -201,14 +210,18 @@ def _trace_back(arms, lattice, i, j, steps, reach, begins, end, variety, state):
         block, _ = _block_after(lattice, i, j, k, steps, begins[k])
         best = -np.inf
         to_a, to_b, to_c, to_d = a, b, c, d
-        for x in range(max(a - 1, low_i), min(a + 1, high_i) + 1):
-            for z in range(max(c - 1, low_j), min(c + 1, high_j) + 1):
-                for y in range(max(b - 1, 0), min(b + 2, lattice.size[i, 1])):
-                    for w in range(max(d - 1, 0), min(d + 2, lattice.size[j, 1])):
+        for x in range(max(a - pace_a, low_i), min(a + pace_a, high_i) + 1):
+            for z in range(max(c - pace_c, low_j), min(c + pace_c, high_j) + 1):
+                for y in range(max(b - pace_b, 0), min(b + pace_b + 1, lattice.size[i, 1])):
+                    for w in range(max(d - pace_d, 0), min(d + pace_d + 1, lattice.size[j, 1])):
                         if holds(reach[_row(block, x, y) + z], w):
-                            value = eager_i * _foldedness(arms, lattice, i, y)
-                            value += eager_j * _foldedness(arms, lattice, j, w) + aside_i * (x - a) + aside_j * (z - c)
-                            value -= 0.02 * (abs(x - a) + abs(z - c) - uniform(state))
+                            value = eager_i * _foldedness(arms, lattice, i, x, y)
+                            value += (
+                                eager_j * _foldedness(arms, lattice, j, z, w)
+                                + aside_i * (x - a) / pace_a
+                                + aside_j * (z - c) / pace_c
+                            )
+                            value -= 0.02 * (abs(x - a) / pace_a + abs(z - c) / pace_c - uniform(state))
                             if value > best:
                                 best = value
                                 to_a, to_b, to_c, to_d = x, y, z, w
@@ -222,8 +235,9 @@ def _slack(lattice, i, steps):
     """Part of the steps in which positioner i need not move."""
     if lattice.last[i, 0] < 0:
         return 1.0
-    far = max(abs(lattice.last[i, 0] - lattice.first[i, 0]), abs(lattice.last[i, 1] - lattice.first[i, 1]))
-    return 1.0 - far / steps
+    far_a = abs(lattice.last[i, 0] - lattice.first[i, 0]) / lattice.pace[i, 0]
+    far_b = abs(lattice.last[i, 1] - lattice.first[i, 1]) / lattice.pace[i, 1]
+    return 1.0 - max(far_a, far_b) / steps
 
 
 @leaf
@@ -246,18 +260,18 @@ def _mark_blocked_by_others(arms, near, lattice, i, partner, trig, limits, respe
 
 
 @leaf
-def find_clear_nodes(arms, lattice, i, j, apart, scratch, steps):
-    """Fill `scratch` with where positioners i and j clear each other by `apart` [mm]; `move_jointly` reads it there."""
+def find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear):
+    """Fill `clear` (A B A,) with where positioners i and j clear each other by `apart` [mm], for `move_jointly`."""
     link_directions(arms, lattice, i, scratch.trig)
     link_directions(arms, lattice, j, scratch.trig_other)
-    _mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, scratch.clear)
+    _mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, clear)
 
 
 @leaf
-def move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, state):
+def move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scratch, steps, state):
     """Put positioners i and j on paths clear of each other and of their neighbours, if there are any.
 
-    `joint_words`, which has to fit into `scratch.reach`, and `find_clear_nodes` come first.
+    `joint_words`, which has to fit into `scratch.reach`, comes first.
 
     Args:
         arms: the array.
@@ -265,6 +279,7 @@ def move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, s
         lattice: everybody's paths.
         i: one positioner.
         j: the other.
+        clear: where they clear each other: `find_clear_nodes`.
         limits: (pairs,) clearance to keep from others [mm].
         respect: how much the paths of neighbours count, from 1.5, all of them, to 0, only of those that cannot move.
         variety: from 0, the path that is folded most, to 1, anything like it.
@@ -275,6 +290,8 @@ def move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, s
     Returns:
         whether there was a path.
     """
+    link_directions(arms, lattice, i, scratch.trig)
+    link_directions(arms, lattice, j, scratch.trig_other)
     trig_i, trig_j, reach, begins = scratch.trig, scratch.trig_other, scratch.reach, scratch.begins
     row, blocked, blocked_other = scratch.row, scratch.blocked, scratch.blocked_other
     _mark_blocked_by_others(arms, near, lattice, i, j, trig_i, limits, respect, steps, row, blocked, state)
@@ -285,7 +302,7 @@ def move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, s
     for k in range(steps):
         there, _ = _block_after(lattice, i, j, k + 1, steps, begins[k + 1])
         if not _advance(
-            lattice, i, j, k, steps, reach, here, there, scratch.turned, scratch.clear, clear_block, blocked[k + 1],
+            lattice, i, j, k, steps, reach, here, there, scratch.turned, clear, clear_block, blocked[k + 1],
             blocked_other[k + 1],
         ):  # fmt: skip
             return False
@@ -340,7 +357,8 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
     `most + 1` says that it takes more, `UNKNOWN` that there are too many joint nodes to find out. Never means on these
     lattices.
     """
-    trig_i, trig_j, reach, clear = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear
+    trig_i, trig_j, reach, clear = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear[0]
+    scratch.clear_for[0].pair = -1
     size = lattice.size[i, 0] * lattice.size[i, 1] * lattice.size[j, 0]
     if 2 * size > len(reach) or size * most > _MOST_LOOKS:
         return UNKNOWN
@@ -391,19 +409,25 @@ def steps_past_fixed(arms, near, lattice, i, limit, scratch, most):
         reached[0, a] = _NONE
     goal_a, goal_b = lattice.last[i, 0], lattice.last[i, 1]
     reached[0, lattice.first[i, 0]] = bit(lattice.first[i, 1])
+    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
+    pace = max(pace_a, pace_b)
+    here = 0
     for k in range(most + 1):
-        here, there = k % 2, (k + 1) % 2
-        if holds(reached[here, goal_a], goal_b):
-            return k
         grown = False
-        for a in range(alphas):
-            bits = reached[here, a]
-            for x in range(max(a - 1, 0), min(a + 1, alphas - 1) + 1):
-                beside = reached[here, x]
-                bits |= beside | (beside << _ONE) | (beside >> _ONE)
-            bits = (bits & row[a]) | reached[here, a]
-            grown = grown or bits != reached[here, a]
-            reached[there, a] = bits
+        for part in range(pace):  # node by node, so that none that is blocked is passed over
+            if holds(reached[here, goal_a], goal_b):
+                return k + (part > 0)
+            there, aside = 1 - here, part < pace_a
+            for a in range(alphas):
+                bits = _NONE
+                for x in range(max(a - aside, 0), min(a + aside, alphas - 1) + 1):
+                    bits |= reached[here, x]
+                if part < pace_b:
+                    bits |= (bits << _ONE) | (bits >> _ONE)
+                bits = (bits & row[a]) | reached[here, a]
+                grown = grown or bits != reached[here, a]
+                reached[there, a] = bits
+            here = there
         if not grown:
             return -1
     return most + 1

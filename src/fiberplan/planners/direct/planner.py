@@ -22,6 +22,7 @@ from fiberplan.planners.direct.goals import Goals, goals_in_time
 from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS
 from fiberplan.planners.direct.losses import Losses
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.planners.direct.settling import stop_here
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.greedy_fold import GreedyFold
 from fiberplan.planners.protocol import PLANNERS, setting
@@ -84,12 +85,15 @@ class Direct:
         if deadline is not None:
             ends = monotonic() + number(deadline, "s", f"{self.name}: deadline", ProblemError)
         search: DirectSearch | None = None
+        solved = stopped = False
 
         def proceed() -> bool:
+            nonlocal stopped
             _logger.debug("direct: %s", search)
             if report is not None:
                 report(str(search))
-            return monotonic() < ends
+            stopped = not monotonic() < ends
+            return not stopped
 
         try:
             near = Neighbourhood.of(problem.plane, problem.margin)
@@ -97,19 +101,20 @@ class Direct:
             search = DirectSearch(problem, near, goals.angles, self.turn, self.max_time, self.seed)
             search.begin()
             solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
+            if solved:
+                search.shorten(proceed)
         except (KeyboardInterrupt, Exception) as error:
             if not interrupted(error):
                 raise
-            solved = False
+            stopped = True
         if search is None:
             return self._hub(problem, begun, Losses.none(problem), interrupted=True)
-        if solved:
-            try:
-                return self._finished(problem, near, search, goals, begun)
-            except KeyboardInterrupt:  # finishing takes a moment, and what is found must not be lost: once more
-                return self._finished(problem, near, search, goals, begun, interrupted=True)
-        search.stop_here()
-        return self._finished(problem, near, search, goals, begun, interrupted=True)
+        if not solved:
+            stop_here(search)
+        try:
+            return self._finished(problem, near, search, goals, begun, stopped)
+        except KeyboardInterrupt:  # finishing takes a moment, and what is found must not be lost: once more
+            return self._finished(problem, near, search, goals, begun, interrupted=True)
 
     def _finished(
         self,
@@ -118,11 +123,11 @@ class Direct:
         search: DirectSearch,
         goals: Goals,
         begun: float,
-        interrupted: bool = False,
+        interrupted: bool,
     ) -> Plan:
         """The plan that a search has found, or the fold hub's if that is the better one."""
         searched = process_time()
-        motion = as_trajectory(search.lattice.path[: problem.n], search.duration)
+        motion = as_trajectory(search.lattice.path[: problem.n, : search.steps + 1], search.duration)
         motion = straighten(problem.plane, motion, problem.margin, near)
         motion = self._in_time(problem, goals.angles, motion)
         losses = Losses.of(problem, search, goals, self.max_time, motion.end)

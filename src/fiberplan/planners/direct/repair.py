@@ -34,6 +34,8 @@ HELD = 6  # conflicts after which a positioner that was moved jointly may be rep
 _RESPECT = (1.5, 0.5, 0.0)  # how much neighbours' paths count, as a pair is moved jointly again and again
 _MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs more is not moved jointly
 
+_MOST_TABLES = 12  # of where two clear each other: a few pairs are moved again and again
+
 SOLVED, SPENT, TOO_SHORT = 0, 1, 2
 
 WORK = np.dtype(
@@ -66,6 +68,19 @@ class Search(NamedTuple):
     state: np.ndarray  #: (1,) of the random generator
 
 
+TABLE = np.dtype(
+    (
+        np.record,
+        [
+            ("pair", "i8"),  # -1: none
+            ("steps", "i8"),
+            ("apart", "f8"),  # [mm]
+            ("used", "i8"),  # the larger, the later
+        ],
+    )
+)
+
+
 class Scratch(NamedTuple):
     """Arrays to work in, so that no step allocates."""
 
@@ -81,7 +96,8 @@ class Scratch(NamedTuple):
     reach: np.ndarray  # (words,) uint64: joint nodes after each step
     begins: np.ndarray  # (steps + 2,) where those of each step begin
     turned: np.ndarray  # (2, A B A) uint64
-    clear: np.ndarray  # (A B A,) uint64
+    clear: np.ndarray  # (tables, A B A) uint64: where pairs clear each other, of the pairs moved jointly last
+    clear_for: np.ndarray  # (tables,) TABLE: of which pair, and so on
     end: np.ndarray  # (4,)
 
 
@@ -92,6 +108,8 @@ def make_scratch(lattice: Lattice) -> Scratch:
     """
     a, b, k = lattice.alpha.shape[1], lattice.beta.shape[1], lattice.steps + 1
     word = np.uint64
+    tables = np.zeros(max(1, min(_MOST_TABLES, _MOST_WORDS // (2 * a * b * a))), TABLE)
+    tables["pair"] = -1
     return Scratch(
         price=np.empty((k, a, b), np.float32),
         cost=np.empty((k, a, b), np.float32),
@@ -105,7 +123,8 @@ def make_scratch(lattice: Lattice) -> Scratch:
         reach=np.empty(min(_MOST_WORDS, k * a * b * a), word),
         begins=np.empty(k + 1, np.int64),
         turned=np.empty((2, a * b * a), word),
-        clear=np.empty(a * b * a, word),
+        clear=np.empty((len(tables), a * b * a), word),
+        clear_for=tables,
         end=np.empty(4, np.int64),
     )
 
@@ -172,14 +191,35 @@ def place_each(arms, near, lattice, search, scratch, who, steps):
 
 
 @leaf
+def _table_for(arms, lattice, i, j, pair, apart, scratch, steps):
+    """Which of the tables in `scratch.clear` says where i and j clear each other by `apart` [mm]; filled if new."""
+    tables = scratch.clear_for
+    latest = oldest = 0
+    for m in range(len(tables)):
+        here = tables[m]
+        latest = max(latest, here.used)
+        if here.used < tables[oldest].used:
+            oldest = m
+    for m in range(len(tables)):
+        here = tables[m]
+        if here.pair == pair and here.steps == steps and here.apart == apart:
+            here.used = latest + 1
+            return m
+    mine = tables[oldest]
+    mine.pair, mine.steps, mine.apart, mine.used = pair, steps, apart, latest + 1
+    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, scratch.clear[oldest])
+    return oldest
+
+
+@leaf
 def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
     """Move a pair jointly; returns False if it needs more steps than there are."""
     variety = min(1.0, 0.2 * search.joined[pair])
-    find_clear_nodes(arms, lattice, i, j, search.joint_limits[pair], scratch, steps)
+    clear = scratch.clear[_table_for(arms, lattice, i, j, pair, search.joint_limits[pair], scratch, steps)]
     for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
         search.work[0].joint_moves += 1
         limits, respect = search.limits, _RESPECT[n]
-        if move_jointly(arms, near, lattice, i, j, limits, respect, variety, scratch, steps, search.state):
+        if move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scratch, steps, search.state):
             search.joined[pair] += 1
             search.held[i] = search.held[j] = HELD
             _update_contacts(arms, near, lattice, search, i, limit, steps)
@@ -211,8 +251,9 @@ def repair(arms, near, lattice, pairs, search, scratch, limit, steps, most):
         search.tries[pair] += 1
         if search.tries[pair] > _PATIENCE and not lattice.fixed[j]:
             search.tries[pair] = 0
-            if joint_words(lattice, i, j, steps, scratch.begins) <= len(scratch.reach):
-                if _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
+            first, second = pairs[pair, 0], pairs[pair, 1]
+            if joint_words(lattice, first, second, steps, scratch.begins) <= len(scratch.reach):
+                if _join(arms, near, lattice, search, scratch, pair, first, second, limit, steps):
                     continue
                 if search.needs[pair] == 0 or search.needs[pair] > steps:
                     search.work[0].short_pair = pair

@@ -48,34 +48,45 @@ def _cheaper(value, best):
 
 
 @leaf
+def _turn_betas(cost, turned, betas, pace, turn):
+    """Fill a row `turned` (B,): the least cost of being at each beta node after one of at most `pace` nodes before."""
+    for b in range(betas):
+        turned[b] = cost[b]
+    for d in range(1, pace + 1):
+        price = np.float32(d) * turn
+        for b in range(d, betas):
+            turned[b] = _cheaper(cost[b - d] + price, turned[b])
+        for b in range(betas - d):
+            turned[b] = _cheaper(cost[b + d] + price, turned[b])
+
+
+@leaf
 def _accumulate(lattice, i, scratch, bias, turn, steps):
-    """Fill the least cost of being at each node after each step."""
+    """Fill the least cost of being at each node after each step; `turn` is the price of a whole step's, per joint."""
     price, cost, turned = scratch.price, scratch.cost, scratch.turned_alone
-    alphas, betas = lattice.size[i, 0], lattice.size[i, 1]
-    for k in range(steps + 1):
-        low, high = window(lattice, i, k, steps)
-        for a in range(max(low - 1, 0), min(high + 2, alphas)):
-            for b in range(betas):
-                cost[k, a, b] = _NOWHERE
+    betas = lattice.size[i, 1]
+    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
+    turn_a, turn_b = turn / np.float32(pace_a), turn / np.float32(pace_b)
+    low, high = window(lattice, i, 0, steps)
+    for a in range(low, high + 1):
+        for b in range(betas):
+            cost[0, a, b] = _NOWHERE
     cost[0, lattice.first[i, 0], lattice.first[i, 1]] = np.float32(0.0)
     for k in range(steps):
-        low, high = window(lattice, i, k, steps)
-        for a in range(max(low - 1, 0), min(high + 2, alphas)):
-            for b in range(betas):
-                turned[a, b] = cost[k, a, b]
-            for b in range(1, betas):
-                turned[a, b] = _cheaper(cost[k, a, b - 1] + turn, turned[a, b])
-            for b in range(betas - 1):
-                turned[a, b] = _cheaper(cost[k, a, b + 1] + turn, turned[a, b])
+        for a in range(low, high + 1):
+            _turn_betas(cost[k, a], turned[a], betas, pace_b, turn_b)
         low_next, high_next = window(lattice, i, k + 1, steps)
         for a in range(low_next, high_next + 1):
-            left, right = max(a - 1, max(low - 1, 0)), min(a + 1, min(high + 1, alphas - 1))
-            here = min(max(a, left), right)
+            after = cost[k + 1, a]
             for b in range(betas):
-                best = turned[here, b] if here == a else turned[here, b] + turn
-                best = _cheaper(turned[left, b] + turn, best)
-                best = _cheaper(turned[right, b] + turn, best)
-                cost[k + 1, a, b] = best + price[k + 1, a, b] + bias[b]
+                after[b] = _NOWHERE
+            for x in range(max(a - pace_a, low), min(a + pace_a, high) + 1):
+                turning = np.float32(abs(x - a)) * turn_a
+                for b in range(betas):
+                    after[b] = _cheaper(turned[x, b] + turning, after[b])
+            for b in range(betas):
+                after[b] += price[k + 1, a, b] + bias[b]
+        low, high = low_next, high_next
 
 
 @leaf
@@ -97,17 +108,18 @@ def _best_end(lattice, i, cost, steps):
 def _trace_back(lattice, i, cost, turn, steps):
     """Put positioner i on its cheapest path."""
     a, b = _best_end(lattice, i, cost, steps)
+    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
+    turn_a, turn_b = turn / np.float32(pace_a), turn / np.float32(pace_b)
     put(lattice, i, steps, a, b)
     for k in range(steps - 1, -1, -1):
         low, high = window(lattice, i, k, steps)
         best, best_a, best_b = _NOWHERE, a, b
-        for x in range(a - 1, a + 2):
-            for y in range(b - 1, b + 2):
-                if low <= x <= high and 0 <= y < lattice.size[i, 1]:
-                    value = cost[k, x, y] + turn * np.float32(abs(x - a) + abs(y - b))
-                    # of equal paths the one that waits
-                    if value < best or (value == best and x == a and y == b):
-                        best, best_a, best_b = value, x, y
+        for x in range(max(a - pace_a, low), min(a + pace_a, high) + 1):
+            for y in range(max(b - pace_b, 0), min(b + pace_b, lattice.size[i, 1] - 1) + 1):
+                value = cost[k, x, y] + turn_a * np.float32(abs(x - a)) + turn_b * np.float32(abs(y - b))
+                # of equal paths the one that waits
+                if value < best or (value == best and x == a and y == b):
+                    best, best_a, best_b = value, x, y
         a, b = best_a, best_b
         put(lattice, i, k, a, b)
 
@@ -125,7 +137,7 @@ def replan(arms, near, lattice, i, weight, limits, scratch, extended, turn, step
         limits: (pairs,) clearance below which two touch [mm].
         scratch: arrays to work in.
         extended: price of a step at full extension.
-        turn: price of a joint's turn by one node.
+        turn: price of a joint's turn in one step at full speed.
         steps: of all paths.
     """
     bias = scratch.bias

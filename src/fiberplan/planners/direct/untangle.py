@@ -14,8 +14,8 @@ from fiberplan.planners.direct.repair import Search
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.tolerances import UNDER_LIMIT
 
-_DRAWS = 3  # searches, of which the shortest path is taken
-_NODES = 4000  # of either tree: the passages left here are narrow
+_DRAWS = 2  # searches, of which the shortest path is taken
+_NODES = 2000  # of either tree: the passages left here are narrow
 
 
 def cluster_around(core: list[int], size: int, near: Neighbourhood, search: Search, lattice: Lattice) -> list[int]:

@@ -1,0 +1,80 @@
+"""What users run: real arrays with their obstacles, from field to field, one seed after the other.
+
+Move k goes from field 100 + k to field 101 + k, as in a night; with some offline, both fields are drawn around those.
+"""
+
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+
+import fiberplan as fp
+from fiberplan.scenes.clustered import clustered_targets
+from fiberplan.scenes.uniform import uniform_field
+from scenes.scene import Scene
+from scenes.sdss import MOST_BENT, OFFLINE
+
+ARRAYS = {  # name -> instrument, or a path in the folder of real data
+    "sdss": "sdss",
+    "apo": "sdss/apo/wok_calibs/sloanFlatCMM",
+    "lco": "sdss/lco/wok_calibs/duPontFlatCMM",
+}
+MARGINS = (0.4, 0.8, 1.0)  # [mm]
+FIRST = 100  # number of the first field
+MOVES = 30
+
+
+@cache
+def array(data: Path, name: str) -> fp.FocalPlane:
+    where = ARRAYS.get(name, name)
+    return fp.FocalPlane.load(data / where if "/" in where else where)
+
+
+def field_to_field(seed: int, data: Path, name: str, margin: float) -> fp.Problem:
+    """From field to field"""
+    plane = array(data, name)
+    start, goal = (uniform_field(plane, FIRST + seed + k, margin) for k in (0, 1))
+    return fp.Problem(plane, start, goal, margin)
+
+
+def offline(seed: int, data: Path, name: str, margin: float, extended: bool) -> fp.Problem:
+    """From field to field, ten drawn at random being offline"""
+    plane, rng = array(data, name), np.random.default_rng(seed)
+    able = np.flatnonzero(plane.online)
+    out = rng.choice(able, OFFLINE, replace=False)
+    online, where = plane.online.copy(), plane.folded.copy()
+    online[out] = False
+    if extended:
+        where[out, 0] = rng.uniform(plane.lower[out, 0], plane.upper[out, 0])
+        where[out, 1] = rng.uniform(0.0, MOST_BENT, OFFLINE)
+    plane = plane.replace(online=online)
+    start, goal = (uniform_field(plane, FIRST + seed + k, margin, start=where) for k in (0, 1))
+    return fp.Problem(plane, start, goal, margin)
+
+
+def clustered(seed: int, data: Path, name: str, margin: float) -> fp.Problem:
+    """From a uniform field to one that is clustered as galaxies are"""
+    plane = array(data, name)
+    targets = clustered_targets(plane, FIRST + seed, margin)
+    return fp.Problem.from_targets(plane, targets, uniform_field(plane, FIRST + seed, margin), margin, conflicts="drop")
+
+
+def _scene(make, label: str, name: str, margin: float, **settings) -> Scene:
+    made = partial(make, name=name, margin=margin, **settings)
+    kind = ", extended any way" if settings.get("extended") else ""
+    made.__doc__ = f"{name}: {make.__doc__[0].lower()}{make.__doc__[1:]}{kind}, at a margin of {margin} mm."
+    where = ARRAYS[name]
+    return Scene(f"{name}-{label}-{margin}", made, fields=MOVES, needs=where if "/" in where else None)
+
+
+SCENES = tuple(
+    scene
+    for name in ARRAYS
+    for margin in MARGINS
+    for scene in (
+        _scene(field_to_field, "field", name, margin),
+        _scene(offline, "offline", name, margin, extended=False),
+        _scene(offline, "extended", name, margin, extended=True),
+        _scene(clustered, "clustered", name, margin),
+    )
+)

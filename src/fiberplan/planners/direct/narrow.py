@@ -1,0 +1,56 @@
+"""Narrow places beside what never moves: finer lattices where those are too coarse, and ways of their own at last."""
+
+import numpy as np
+
+from fiberplan.planners.direct.passages import stepwise, way_past_fixed
+from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY, Paths
+
+FINE = 1  #: fineness at which needs are asked for where the coarse answer is that there is no path, or a long one
+_SHORTER = 1.05  # times as long as its way has to be what a positioner's lattice offers for the way to count
+_TOUGH = 8  # replans past what never moves before a lattice is too coarse
+
+
+def steps_past_fixed(paths: Paths, who: np.ndarray) -> np.ndarray:
+    """(m,) steps that positioners `who` (m,) need past what never moves, as fine as it takes; negative: no path."""
+
+    def late() -> np.ndarray:
+        return (needs < 0) | (needs > paths.steps)
+
+    needs = paths.needed_past_fixed(who)
+    if paths.refine(who[late()], FINE):
+        needs[late()] = paths.needed_past_fixed(who[late()])
+    for k in np.flatnonzero(late()):
+        i = int(who[k])
+        way = _way(paths, i)
+        if way is not None and (needs[k] < 0 or _SHORTER * (len(way) - 1) < needs[k]):
+            paths.put_on(i, way)
+            needs[k] = len(way) - 1
+    return needs
+
+
+def eased(paths: Paths) -> bool:
+    """Give finer lattices, then ways, to those that touch what never moves after many tries; whether any got one."""
+    search, pairs = paths.search, paths.in_contact
+    fixed = paths.lattice.fixed[paths.pairs[pairs]].any(axis=1)
+    arms = np.unique(paths.pairs[pairs[fixed & (search.tries[pairs] > _TOUGH)]])
+    tough = arms[~paths.lattice.fixed[arms]]
+    changed = False
+    for i in tough.tolist():
+        if paths.fineness[i] < FINEST:
+            changed |= paths.refine(np.array([i]), int(paths.fineness[i]) + 1)
+        elif paths.fineness[i] < ON_ITS_WAY and not np.isnan(paths.goal[i, 0]):
+            way = _way(paths, i)
+            if way is not None and len(way) - 1 <= paths.most_steps:
+                paths.put_on(i, way)
+                paths.lengthen(len(way) - 1)
+                paths.place(np.array([i]))
+                changed = True
+    return changed
+
+
+def _way(paths: Paths, i: int) -> np.ndarray | None:
+    """The way of positioner i past what never moves, step by step (m, 2) [rad]; None if none is found."""
+    lattice = paths.lattice
+    rest = np.where(lattice.fixed[:, None], lattice.path[:, 0], np.nan)
+    way = way_past_fixed(paths.plane, paths.near, rest, i, paths.problem.start[i], paths.goal[i], paths.limit)
+    return None if way is None else stepwise(paths.plane, paths.near, rest, i, way, paths.duration, paths.limit)

@@ -1,0 +1,218 @@
+"""Everybody's paths on their lattices: placed, repaired, given more steps, finer nodes or a way of their own."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.arrays import read_only
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.planners.direct.contacts import contacts_of_all
+from fiberplan.planners.direct.lattice import (
+    MOST_STEPS,
+    Lattice,
+    lengthened,
+    make_lattice,
+    on_its_way,
+    refined,
+    step_length,
+)
+from fiberplan.planners.direct.repair import (
+    SOLVED,
+    SPENT,
+    make_scratch,
+    make_search,
+    needed_alone,
+    needed_past_fixed,
+    note_all,
+    place_each,
+    repair,
+)
+from fiberplan.planners.shared.memory import refuse_large
+from fiberplan.problem import Problem
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
+
+_LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
+_JOINT_WORK = 20  # single replans that a joint one counts as
+_PACES = np.array([(1, 1), (2, 2), (4, 2)])  # nodes that alpha and beta may go in a step, by fineness
+FINEST = len(_PACES) - 1  #: fineness of a lattice
+ON_ITS_WAY = FINEST + 1  #: in place of a fineness: there is nothing but one way
+
+
+class Solution(NamedTuple):
+    """Paths that touch nowhere."""
+
+    steps: int
+    lattice: Lattice
+
+
+class Paths:
+    """Paths of all positioners, and the record of the repair."""
+
+    def __init__(
+        self, problem: Problem, near: Neighbourhood, goal: np.ndarray, turn: float, max_time: float | None, seed: int
+    ):
+        plane = problem.plane
+        self.problem, self.plane, self.near, self._arms = problem, plane, near, plane.arms
+        self.pairs = near.pairs
+        self.goal = goal.copy()
+        self.limit = problem.margin + SLACK
+        self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms that block it
+        self.held: set[int] = set()  #: never leave their start
+        travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
+        bound = float(travel.max(initial=0.0))
+        length = step_length(plane, problem.start, goal, turn)
+        longest = max(length.longest, bound / MOST_STEPS)
+        self.steps = max(1, int(np.ceil(bound / longest - 1e-9)))
+        self.duration = bound / self.steps if bound > 0 else longest  #: of a step [s]
+        self.least_steps = self.steps  #: nobody has found that there are plans with fewer
+        self.most_steps = _LONGEST * self.steps + 20
+        if max_time is not None:
+            self.most_steps = max(self.steps, int(min(max_time / self.duration + 1e-9, self.most_steps)))
+        path = (len(plane.arms.arm), self.most_steps + 1, 2)
+        refuse_large(2 * 8 * float(np.prod(path, dtype=float)), f"direct: paths of {path[0]} arms in {path[1]} steps")
+        self._spacing = self.steps, length.widest  # what nodes were spaced by
+        self.lattice = make_lattice(plane, problem.start, goal, plane.online, self.duration, *self._spacing)
+        self.fineness = np.zeros(plane.n, np.int64)  #: of everybody's lattice
+        self.widest_turn = float(np.nanmax(np.diff(self.lattice.alpha, axis=1), initial=0.0))  #: of an alpha [rad]
+        self._scratch = make_scratch(self.lattice)
+        self.search = make_search(plane.n, len(self.pairs), self.limit, seed)
+
+    @property
+    def touching(self) -> int:
+        """How many pairs still touch."""
+        return int(self.search.touching[0])
+
+    @property
+    def in_contact(self) -> np.ndarray:
+        """(m,) the pairs that still touch."""
+        return self.search.open[: self.touching].copy()
+
+    @property
+    def work(self) -> int:
+        """Single replans so far, joint ones counted as many."""
+        work = self.search.work[0]
+        return int(work["replans"] + _JOINT_WORK * work["joint_moves"])
+
+    @property
+    def short_pair(self) -> int:
+        """The pair that needs more steps, when the repair says that there is one."""
+        return int(self.search.work[0]["short_pair"])
+
+    def __str__(self) -> str:
+        kept = int((~np.isnan(self.goal[:, 0])).sum())
+        return f"{self.duration * self.steps:.1f} s, {kept} targets kept, {self.touching} contacts left"
+
+    def place(self, who: np.ndarray, alone: bool = False) -> None:
+        """Put positioners `who` (m,) on their cheapest paths past everyone else's, or as if nobody else were there."""
+        near = self.near
+        if alone:
+            near = near._replace(offsets=read_only(np.zeros_like(near.offsets), np.int64))
+        place_each(self._arms, near, self.lattice, self.search, self._scratch, who, self.steps)
+        self.update_contacts()
+
+    def update_contacts(self) -> None:
+        """Find all pairs that touch."""
+        contacts_of_all(self._arms, self.lattice, self.pairs, self.limit, self.steps, self.search.contacts)
+        note_all(self.search)
+
+    def repair(self, most: int) -> int:
+        """Repair until nothing touches, or so many replans; what `fiberplan.planners.direct.repair.repair` says."""
+        result = repair(
+            self._arms, self.near, self.lattice, self.pairs, self.search, self._scratch, self.limit, self.steps, most
+        )
+        if result == SOLVED:
+            self.update_contacts()  # only pairs that were replanned are up to date, and success is of all
+        return int(result) if result != SOLVED or not self.touching else SPENT
+
+    def needed_past_fixed(self, who: np.ndarray) -> np.ndarray:
+        """(m,) steps that positioners `who` (m,) need past what never moves; negative: there is no path."""
+        arms, most = self._arms, self.most_steps
+        return np.asarray(needed_past_fixed(arms, self.near, self.lattice, who, self._scratch, self.limit, most))
+
+    def needed_alone(self, pair: int) -> int:
+        """Steps that a pair needs past each other and what never moves, as `pairs.steps_alone` says."""
+        arms, near, lattice, scratch = self._arms, self.near, self.lattice, self._scratch
+        most = self.most_steps
+        return int(needed_alone(arms, near, lattice, self.pairs, self.search, scratch, pair, self.limit, most))
+
+    def lengthen(self, steps: int) -> None:
+        """Let there be so many steps, if there are fewer."""
+        if steps > self.steps:
+            self.lattice = lengthened(self.lattice, steps)
+            self._scratch = make_scratch(self.lattice)
+            self.steps = steps
+
+    @property
+    def solution(self) -> Solution:
+        """The paths as they are; those of `cut` are copies."""
+        return Solution(self.steps, self.lattice)
+
+    def go_back_to(self, solution: Solution) -> None:
+        """Take the paths of a solution again."""
+        self.steps, self.lattice = solution
+        self._scratch = make_scratch(self.lattice)
+        self.update_contacts()
+
+    def cut(self, solution: Solution, steps: int) -> None:
+        """Let there be so many steps, and paths as in a longer solution, but that late ones hurry."""
+        self.steps = steps
+        path = solution.lattice.path[:, : steps + 1].copy()
+        self.lattice = solution.lattice._replace(path=path)
+        self.search.held[:] = self.search.tries[:] = 0
+        late = ~np.isnan(self.goal[:, 0]) & (path[: self.plane.n, -1] != self.goal).any(axis=1)
+        self.place(np.flatnonzero(late))
+
+    def refine(self, who: np.ndarray, fineness: int) -> bool:
+        """Give positioners `who` (m,) finer lattices, if theirs are coarser; whether any has got one."""
+        who = np.unique(who[~self.lattice.fixed[who]])
+        who = who[self.fineness[who] < fineness]
+        if not len(who):
+            return False
+        self.fineness[who] = fineness
+        pace, start = np.tile(_PACES[fineness], (len(who), 1)), self.problem.start
+        self.lattice = refined(self.lattice, self.plane, who, pace, start, self.goal, self.duration, *self._spacing)
+        self._forget(who)
+        return True
+
+    def stop(self) -> None:
+        """After an interrupt at any moment: as many steps as the paths have."""
+        self.steps = self.lattice.steps
+        self._scratch = make_scratch(self.lattice)
+        self.update_contacts()
+
+    def put_on(self, i: int, way: np.ndarray) -> None:
+        """Let positioner i go a `way` (m, 2) [rad], step by step, and nowhere else."""
+        self.fineness[i] = ON_ITS_WAY
+        self.lattice = on_its_way(self.lattice, i, way)
+        self.least_steps = max(self.least_steps, len(way) - 1)
+        self._forget(np.array([i]))
+
+    def _forget(self, who: np.ndarray) -> None:
+        """Forget what was found on other lattices of positioners `who` (m,)."""
+        self._scratch = make_scratch(self.lattice)
+        search = self.search
+        mine = np.isin(self.pairs, who).any(axis=1)
+        search.limits[mine] = search.joint_limits[mine] = self.limit
+        search.tries[mine] = search.joined[mine] = search.needs[mine] = 0
+
+    def start_afresh(self) -> None:
+        """Forget what only made sense with fewer steps: clearances that were raised, and half of the weights."""
+        search = self.search
+        search.limits[:] = search.joint_limits[:] = self.limit
+        search.weight[:] = 1.0 + 0.5 * (search.weight - 1.0)
+        search.joined[:] = search.held[:] = 0
+
+    def give_up(self, i: int, blockers: tuple[int, ...]) -> None:
+        """Let positioner i end anywhere safe; if it was free to already, hold it at its start."""
+        lattice = self.lattice
+        self._scratch.clear_for["pair"] = -1  # those tables know of its goal
+        lattice.path[i] = self.problem.start[i]
+        if np.isnan(self.goal[i, 0]):
+            self.held.add(i)
+            lattice.fixed[i] = True
+            if not np.isnan(self.problem.goal[i, 0]):
+                self.given_up.setdefault(i, blockers)
+            return
+        self.given_up.setdefault(i, blockers)
+        self.goal[i] = np.nan
+        lattice.last[i] = -1

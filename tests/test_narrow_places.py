@@ -1,0 +1,174 @@
+"""The direct planner beside what never moves: finer lattices, ways of one's own, and solutions made shorter."""
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan import Obstacle, Outcome
+from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
+from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined, step_length
+from fiberplan.planners.direct.passages import stepwise, way_past_fixed
+from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
+from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.scenes.uniform import uniform_field
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
+from problems import field_to_field
+
+DEG = np.pi / 180.0
+
+
+def among_posts(seed: int) -> fp.Problem | None:
+    """One arm among six posts that stand at random, some of them close; None where an end touches one."""
+    rng = np.random.default_rng(seed)
+    angles, far = rng.uniform(0.0, 2.0 * np.pi, 6), rng.uniform(8.0, 24.0, 6)
+    posts = tuple(
+        Obstacle(f"post {k}", [[r * np.cos(a), r * np.sin(a)]], 1.0)
+        for k, (a, r) in enumerate(zip(angles, far, strict=True))
+    )
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(obstacles=posts)
+    start, goal = rng.uniform((0.0, 0.0), (2.0 * np.pi, np.pi), (2, 2))
+    try:
+        return fp.Problem(plane, start[None], goal[None], 0.2)
+    except fp.ProblemError:
+        return None
+
+
+def rest_of(problem: fp.Problem) -> np.ndarray:
+    """(arms, 2) what never moves; the positioners are of no account."""
+    rest = np.array(problem.plane.with_obstacles(problem.start))
+    rest[: problem.n] = np.nan
+    return rest
+
+
+SCENES = [seed for seed in range(60) if among_posts(seed) is not None]
+
+
+def test_a_single_arm_is_never_given_up_without_proof():
+    """Whatever the posts: it arrives, or it is proven that it cannot; one passage here is too close to call."""
+    narrow = undecided = 0
+    for seed in SCENES:
+        problem = among_posts(seed)
+        plan = fp.planners.Direct().plan(problem)
+        assert plan.faults() == []
+        assert not any("hub" in note for note in plan.notes), seed
+        undecided += plan.outcomes[0] is Outcome.DEADLOCKED
+        near = Neighbourhood.of(problem.plane, problem.margin)
+        search = DirectSearch(problem, near, problem.goal, 6 * DEG, None, 0)
+        search.begin()
+        search.run(2000, lambda: True)
+        narrow += plan.outcomes[0] is Outcome.ARRIVED and search.fineness[0] == ON_ITS_WAY
+    assert narrow >= 1, "no scene here needs a way"
+    assert undecided <= 1
+
+
+@pytest.mark.parametrize("seed", SCENES[:20])
+def test_a_way_keeps_its_clearance(seed):
+    """Looked at afresh, at many more places than the search did; and it begins and ends where it should."""
+    problem = among_posts(seed)
+    plane, near, rest = problem.plane, Neighbourhood.of(problem.plane, 0.2), rest_of(problem)
+    start, goal, limit = problem.start[0], problem.goal[0], 0.2 + SLACK
+    way = way_past_fixed(plane, near, rest, 0, start, goal, limit)
+    if way is None:
+        assert fp.planners.Direct().plan(problem).outcomes[0] is Outcome.INFEASIBLE, "a way was overlooked"
+        return
+    duration = 0.2
+    places = stepwise(plane, near, rest, 0, way, duration, limit)
+    for knots in (way, places):
+        np.testing.assert_array_equal(knots[[0, -1]], [start, goal])
+        steps = np.linspace(0.0, len(knots) - 1.0, 200 * len(knots))
+        dense = np.stack([np.interp(steps, np.arange(len(knots)), column) for column in knots.T], axis=1)
+        assert clearances_around(plane.arms, near, rest, 0, dense).min() >= limit - 1e-9
+    turn = plane.max_speed[0] * duration
+    assert np.all(np.abs(np.diff(places, axis=0)) <= turn * (1.0 + 1e-9))
+    least = (np.abs(np.diff(way, axis=0)) / plane.max_speed[0]).max(axis=1).sum()
+    assert len(places) - 1 <= np.ceil(least / duration) + 0.2 * len(way) + 1
+
+
+def test_there_is_no_way_through_a_wall():
+    wall = tuple(Obstacle(f"post {k}", [[12.0 * np.cos(a), 12.0 * np.sin(a)]], 1.5) for k, a in enumerate((1.4, 4.5)))
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(
+        obstacles=wall,
+        folded=np.array([[0.3, 0.0]]),
+        lower=np.array([[0.0, 0.0]]),
+        upper=np.array([[2 * np.pi, 1.0]]),
+    )
+    near = Neighbourhood.of(plane, 0.0)
+    rest = np.array(plane.with_obstacles(plane.folded))
+    rest[0] = np.nan
+    assert way_past_fixed(plane, near, rest, 0, np.array([0.3, 0.0]), np.array([2.9, 0.0]), SLACK) is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("pace", [(2, 2), (4, 2), (3, 3)])
+def test_finer_lattices_hold_both_ends_and_respect_speeds(seed, pace):
+    plane = fp.FocalPlane.hexagonal(2, 22.4)
+    rng = np.random.default_rng(seed)
+    plane = plane.replace(max_speed=np.radians(rng.uniform(10.0, 40.0, (plane.n, 2))))
+    start, goal = uniform_field(plane, seed), np.array(uniform_field(plane, seed + 50))
+    goal[::7] = np.nan
+    length = step_length(plane, start, goal, 6 * DEG)
+    coarse = make_lattice(plane, start, goal, plane.online, length.longest, 40, length.widest)
+    who = np.arange(0, plane.n, 2)
+    fine = refined(coarse, plane, who, np.tile(pace, (len(who), 1)), start, goal, length.longest, 40, length.widest)
+    for i in range(plane.n):
+        for d, nodes in enumerate((fine.alpha, fine.beta)):
+            own, most = nodes[i, : fine.size[i, d]], plane.max_speed[i, d] * UNDER_LIMIT * length.longest
+            reach = fine.pace[i, d]
+            assert np.all(np.diff(own) > 0)
+            assert (own[reach:] - own[:-reach]).max(initial=0.0) <= most * (1 + 1e-9)
+            assert own[fine.first[i, d]] == start[i, d]
+            assert plane.lower[i, d] <= own[0] <= own[-1] <= plane.upper[i, d]
+            if np.isfinite(goal[i, d]):
+                assert own[fine.last[i, d]] == goal[i, d]
+    assert fine.size[:, 1].max() <= MOST_BETAS
+    np.testing.assert_array_equal(fine.pace[1::2], 1)
+    assert np.all(fine.size[who, 0] >= 1.5 * coarse.size[who, 0])
+
+
+@pytest.mark.parametrize("fineness", range(FINEST + 1))
+def test_any_fineness_solves_a_field(fineness):
+    problem = field_to_field(1.0, rings=2)
+    near = Neighbourhood.of(problem.plane, problem.margin)
+    search = DirectSearch(problem, near, problem.goal, 6 * DEG, None, 0)
+    search.refine(np.arange(problem.n), fineness)
+    search.begin()
+    assert search.run(10_000, lambda: True)
+    steps = np.diff(search.lattice.path[: problem.n], axis=1)
+    assert np.all(np.abs(steps) <= problem.plane.max_speed[:, None] * search.duration)
+    np.testing.assert_array_equal(search.lattice.path[: problem.n, search.steps], problem.goal)
+
+
+def test_a_solution_is_made_as_short_as_it_can_be():
+    problem = field_to_field(0.0, rings=2)
+    near = Neighbourhood.of(problem.plane, problem.margin)
+    search = DirectSearch(problem, near, problem.goal, 6 * DEG, None, 0)
+    search.begin()
+    least = search.steps
+    search.lengthen(2 * least)
+    search.place(np.arange(problem.n))
+    assert search.run(10_000, lambda: True)
+    assert search.steps == 2 * least
+    search.shorten(lambda: True)
+    assert search.steps < 1.2 * least
+    assert search.touching == 0
+
+
+def test_a_solution_is_kept_when_making_it_shorter_is_interrupted(monkeypatch):
+    problem = field_to_field(0.0, rings=2)
+    near = Neighbourhood.of(problem.plane, problem.margin)
+    search = DirectSearch(problem, near, problem.goal, 6 * DEG, None, 0)
+    search.begin()
+    search.lengthen(2 * search.steps)
+    search.place(np.arange(problem.n))
+    assert search.run(10_000, lambda: True)
+    before, path = search.steps, search.lattice.path.copy()
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "_cut_is_repaired", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        search.shorten(lambda: True)
+    assert search.steps == before
+    np.testing.assert_array_equal(search.lattice.path, path)
+    assert search.touching == 0
