@@ -46,13 +46,13 @@ class Folding:
         if self.relief != "joint" or not len(walked.stuck):
             return walked
         few = len(walked.stuck) <= _FEW * self.plane.n
-        if few and not len((found := self._in_time(walked)).stuck):
+        found = self._in_time(walked) if few else walked
+        if not len(found.stuck):
             return found
-        detour = self._by_coherent(angles, rng)
-        if detour is not None and not _lost(detour):
-            return detour
-        found = self._jointly(found if few else self._in_time(walked), rng)
-        return found if detour is None or _lost(found) <= _lost(detour) else detour
+        detour = self._towards_coherent(angles, rng)
+        if detour is not None and len(detour[1].stuck) < len(found.stuck):
+            return self._onward(*detour, rng)
+        return self._jointly(found if few else self._in_time(walked), rng)
 
     def _walk(self, angles: np.ndarray, rng: np.random.Generator) -> Fold:
         walker = Walker(
@@ -79,8 +79,8 @@ class Folding:
         seed = int(rng.integers(2**32))
         return JointRelief(self.plane, self.near, self.margin, self.movable, walked, self.expendable, seed).fold()
 
-    def _by_coherent(self, angles: np.ndarray, rng: np.random.Generator) -> Fold | None:
-        """The fold by way of the state to which all alphas turn the same way; None if there is no other such state."""
+    def _towards_coherent(self, angles: np.ndarray, rng: np.random.Generator) -> "tuple[Folding, Fold] | None":
+        """The fold to the state to which all alphas turn the same way; None if there is no other such state."""
         plane, movable = self.plane, self.movable
         hub = np.where(movable[:, None], _coherent(plane), plane.folded)
         if np.array_equal(hub, plane.folded):
@@ -90,18 +90,21 @@ class Folding:
         if np.any(touched >= 0):
             return None
         there = dataclasses.replace(self, plane=plane.replace(folded=hub))
-        first = there._jointly(there._in_time(there._walk(angles, rng)), rng)
-        arrived = movable.copy()
+        return there, there._in_time(there._walk(angles, rng))
+
+    def _onward(self, there: "Folding", walked: Fold, rng: np.random.Generator) -> Fold:
+        """A fold to the coherent state with what it left stuck freed jointly, and then everyone's from there."""
+        first = there._jointly(walked, rng)
+        arrived = self.movable.copy()
         arrived[first.stuck] = False
         onward = dataclasses.replace(self, movable=arrived, expendable=None)
         second = onward._jointly(onward._in_time(onward._walk(first.trajectory.end, rng)), rng)
-        stuck = np.sort(np.concatenate([first.stuck, second.stuck]))
-        motion = first.trajectory.then(second.trajectory)
-        return Fold(motion, stuck, second.blockers | first.blockers, first.given_up)
-
-
-def _lost(fold: Fold) -> int:
-    return len(fold.stuck) + len(fold.given_up)
+        return Fold(
+            first.trajectory.then(second.trajectory),
+            np.sort(np.concatenate([first.stuck, second.stuck])),
+            second.blockers | first.blockers,
+            first.given_up,
+        )
 
 
 def _coherent(plane: FocalPlane) -> np.ndarray:

@@ -18,7 +18,7 @@ from fiberplan.planners.shared.straighten import KNOT, clear_of, first_at, pose
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _MOST_STEPS = 400  # of time, whatever the speeds
-_MOST_EDGES = 20_000  # tested before a search is given up
+_MOST_EDGES = 2_500  # tested before a search is given up
 _MOST_SAMPLES = 60  # of one edge against one neighbour; one that takes more counts as not clear
 
 _CLOSED = 2**16  # room for nodes
