@@ -18,9 +18,11 @@ from fiberplan.planners.greedy_fold.timed_search import path_in_time
 
 # Coarse steps first: arms that pass each other closely leave no room for those that are planned after them. At 2.0 mm,
 # parked at (10, 170), 9 deg leaves 7 of 88 stuck, 6 deg 15, 3 deg 38; 7.5 deg frees some that 9 does not.
-_STEPS = np.radians([9.0, 7.5])
+# The first of a group may have to wait, so that the others can get out of its path before they fold themselves.
+_ATTEMPTS = np.radians([[9.0, 0.0], [7.5, 0.0], [9.0, 60.0], [9.0, 120.0]])  # step, and turn for which the first waits
 _LARGEST_GROUP = 6
 _GROWTHS = 3  # how often a group takes in one more
+_SEARCHES = 120  # for one group: of 134 that were freed at 2.0 and 2.5 mm the hardest took 94
 _LONGEST = 1.5  # times the walk: when all have to be folded
 
 Knots = tuple[np.ndarray, np.ndarray]  # times (m,) [s] and angles (m, 2) [rad] of one positioner
@@ -34,30 +36,31 @@ class TimedRelief:
         self._stuck = set(map(int, walked.stuck))
         self._begin = walked.trajectory.start
         self._changed: dict[int, Knots] = {}  # who moves otherwise than in the walk
+        self._searches = 0  # for the group at hand
 
     def relieved(self) -> Fold:
         """The walk in which as many groups as possible fold too, ended when all have arrived."""
-        waiting = stuck_groups(self._walked, self._movable)
-        for step in _STEPS:
-            waiting = [group for group in waiting if not self._free(group, float(step))]
+        for group in stuck_groups(self._walked, self._movable):
+            self._free(group)
         stuck = np.array([i for i in self._walked.stuck if i not in self._changed], np.int64)
         blockers = {i: j for i, j in self._walked.blockers.items() if i not in self._changed}
         return Fold(self._motion(), stuck, blockers)
 
-    def _free(self, group: list[int], step: float) -> bool:
-        """Find paths for a group, taking in whoever refused most if there are none; False if none."""
+    def _free(self, group: list[int]) -> None:
+        """Find paths for a group, taking in whoever refused most if there are none."""
+        self._searches = 0
         members = list(group)
         for _ in range(_GROWTHS + 1):
             refusals = np.zeros(len(self._near.offsets) - 1, np.int64)
-            for order in self._orders(members):
-                if self._plan(order, step, refusals):
-                    return True
+            for step, wait in _ATTEMPTS.tolist():
+                for order in self._orders(members):
+                    if self._searches >= _SEARCHES or self._plan(order, step, wait, refusals):
+                        return
             refusals = np.where(self._movable, refusals[: self._plane.n], 0)
             refusals[members] = 0
             if not refusals.any() or len(members) >= _LARGEST_GROUP:
-                return False
+                return
             members.append(int(np.argmax(refusals)))
-        return False
 
     def _orders(self, members: list[int]) -> Iterator[list[int]]:
         """In which orders to plan a group: first the stuck alone, then everyone first once, both ways round."""
@@ -70,14 +73,17 @@ class TimedRelief:
             if len(turned) > 2:
                 yield turned[::-1]
 
-    def _plan(self, order: list[int], step: float, refusals: np.ndarray) -> bool:
+    def _plan(self, order: list[int], step: float, wait: float, refusals: np.ndarray) -> bool:
         """Plan some positioners in this order, and keep that if all find a path; `refusals` (arms,) counts."""
         found: dict[int, Knots] = {}
         for place, i in enumerate(order):
             passing = [int(j) for j in self._near.around(i) if j not in order[place + 1 :]]
             others = [(j, *(found.get(j) or self._knots(j))) for j in passing]
             horizon = _LONGEST * self._walked.trajectory.duration
-            path, refused = path_in_time(self._plane, i, self._begin[i], others, self._margin, horizon, step)
+            self._searches += 1
+            path, refused = path_in_time(
+                self._plane, i, self._begin[i], others, self._margin, horizon, step, 0.0 if place else wait
+            )
             np.add.at(refusals, passing, refused)
             if path is None:
                 return False

@@ -155,8 +155,11 @@ def _push(entries, heads, count, a, b, step, parent, total):
 
 
 @kernel
-def search(arms, i, passing, alpha, beta, dt, steps, limit, blame):
-    """Places (k, 2) of arm i after each step until it rests folded, or none; `blame` (m,) counts refusals."""
+def search(arms, i, passing, alpha, beta, dt, steps, wait, limit, blame):
+    """Places (k, 2) of arm i after each step until it rests folded, or none; `blame` (m,) counts refusals.
+
+    It does not set out before step `wait`.
+    """
     frames = np.empty((len(passing.arm), steps + 1, 8))
     moved = np.empty((len(passing.arm), steps))
     _follow(arms, passing, dt, frames, moved)
@@ -165,10 +168,14 @@ def search(arms, i, passing, alpha, beta, dt, steps, limit, blame):
     closed = np.full(_CLOSED, -1, np.int64)
     heads = np.full(steps + 1, -1, np.int32)
     count, tested = 1, 0
-    total = max(abs(alpha.place), abs(beta.place), free)
+    total = max(wait + max(abs(alpha.place), abs(beta.place)), free)
     if total > steps:
         return np.empty((0, 2), np.int64)
-    _push(entries, heads, 0, alpha.place, beta.place, 0, -1, total)
+    _set_edge(passing.knots, alpha, beta, alpha.place, beta.place, alpha.place, beta.place)
+    for step in range(wait):
+        if not _edge_is_clear(arms, i, passing, frames, moved, step, dt, limit, blame):
+            return np.empty((0, 2), np.int64)
+    _push(entries, heads, 0, alpha.place, beta.place, wait, -1, total)
     while total <= steps and tested < _MOST_EDGES:
         k = heads[total]
         if k < 0:
@@ -185,6 +192,7 @@ def search(arms, i, passing, alpha, beta, dt, steps, limit, blame):
             continue
         if a == 0 and b == 0 and step >= free:
             path = np.empty((step + 1, 2), np.int64)
+            path[:, 0], path[:, 1] = alpha.place, beta.place
             while k >= 0:
                 path[entries[k].step, 0], path[entries[k].step, 1] = entries[k].a, entries[k].b
                 k = entries[k].parent
@@ -219,10 +227,12 @@ def path_in_time(
     margin: float,
     horizon: float,
     step: float,
+    wait: float = 0.0,
 ) -> tuple[tuple[np.ndarray, np.ndarray] | None, np.ndarray]:
     """Move positioner `i` from `start` (2,) to folded, past `others`, each (arm, times (m,) [s], angles (m, 2) [rad]).
 
-    `step` is the turn of its faster joint from one moment of the search to the next [rad].
+    `step` is the turn of its faster joint from one moment of the search to the next, and `wait` how far it could turn
+    before it sets out [rad].
 
     Returns:
         times (m,) [s] and angles (m, 2) [rad] of a motion that rests at folded by `horizon` [s], or None if there
@@ -238,7 +248,9 @@ def path_in_time(
         own["time"], own["alpha"], own["beta"] = times, angles[:, 0], angles[:, 1]
     passing = Passing(np.array([arm for arm, _, _ in others], np.int64), last - counts, last, knots)
     blame = np.zeros(len(others), np.int64)
-    places = search(plane.arms, i, passing, alpha, beta, dt, int(horizon / dt), margin + SLACK, blame)
+    places = search(
+        plane.arms, i, passing, alpha, beta, dt, int(horizon / dt), round(wait / step), margin + SLACK, blame
+    )
     if not len(places):
         return None, blame
     angles = np.stack([[_angle(joint, p) for p in own] for joint, own in zip((alpha, beta), places.T, strict=True)], 1)
