@@ -44,7 +44,7 @@ def test_the_stuck_fold_beside_the_others(seed):
     assert fp.verify(plane, relieved.trajectory, MARGIN).ok
 
 
-@pytest.mark.parametrize("seed", [22, 48, 52])
+@pytest.mark.parametrize("seed", [22, 48])
 def test_all_fold_where_alphas_would_turn_both_ways(seed):
     """Not even another order frees some of those that are parked in the middle; by way of (0, 180) all fold."""
     plane = parked(90.0, 180.0)

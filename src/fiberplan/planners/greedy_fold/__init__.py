@@ -35,9 +35,8 @@ What differs, and why:
   stuck and who stood in their way (`deadlock.stuck_groups`) fold once more, past the others as these fold
   (`timed_relief.TimedRelief`, by a search over time, `timed_search.path_in_time`). If that leaves some, and alphas had
   to turn both ways, all fold by way of a state to which they turn the same way (`fold.Folding`). What is left then is
-  given a joint path after all others have come to rest (`joint_relief.JointRelief`, and
-  `planners.shared.rrt_connect`); where
-  there seems to be none, one robot of the group is given up and folded from the beginning.
+  given a joint path after all others have come to rest (`joint_relief.JointRelief`, `planners.shared.rrt_connect`);
+  where there seems to be none, one robot of the group is given up and folded from the beginning.
 
 Ours altogether: `losses.Losses` decides which goals are given up, in rounds that end, so that the plan still begins at
 the start and is safe; `problem.resting` finds places for robots without goal; `planners.shared.straighten`

@@ -23,7 +23,7 @@ _ATTEMPTS = np.radians([[9.0, 0.0], [7.5, 0.0], [9.0, 60.0], [9.0, 120.0]])  # s
 _LARGEST_GROUP = 6
 _GROWTHS = 3  # how often a group takes in one more
 _SEARCHES = 120  # for one group: of 134 that were freed at 2.0 and 2.5 mm the hardest took 94
-_LONGEST = 1.5  # times the walk: when all have to be folded
+_LONGEST = 1.1  # times the fold as it would be if nobody were stuck: when all have to be folded
 
 Knots = tuple[np.ndarray, np.ndarray]  # times (m,) [s] and angles (m, 2) [rad] of one positioner
 
@@ -35,6 +35,8 @@ class TimedRelief:
         self._plane, self._near, self._margin, self._movable, self._walked = plane, near, margin, movable, walked
         self._stuck = set(map(int, walked.stuck))
         self._begin = walked.trajectory.start
+        alone = (np.abs(plane.folded - self._begin) / plane.max_speed)[movable].max(initial=0.0)
+        self._horizon = _LONGEST * max(walked.trajectory.duration, float(alone))  # [s]
         self._changed: dict[int, Knots] = {}  # who moves otherwise than in the walk
         self._searches = 0  # for the group at hand
 
@@ -79,10 +81,9 @@ class TimedRelief:
         for place, i in enumerate(order):
             passing = [int(j) for j in self._near.around(i) if j not in order[place + 1 :]]
             others = [(j, *(found.get(j) or self._knots(j))) for j in passing]
-            horizon = _LONGEST * self._walked.trajectory.duration
             self._searches += 1
             path, refused = path_in_time(
-                self._plane, i, self._begin[i], others, self._margin, horizon, step, 0.0 if place else wait
+                self._plane, i, self._begin[i], others, self._margin, self._horizon, step, 0.0 if place else wait
             )
             np.add.at(refusals, passing, refused)
             if path is None:
