@@ -180,8 +180,7 @@ def _advance(arms, walk, rules, i, loop, room, measured):
     """Arm i takes its turn; returns the travel that is left to it [rad] and whether it moved."""
     me = walk.state[i]
     da, db, bound = _best_move(arms, i, me)
-    looks = loop < me.contrary or me.travel + bound > me.wake
-    if looks:
+    if loop < me.contrary or me.travel + bound > me.wake:
         da, db, bound = _choose(arms, walk, rules, i, loop, room, measured)
     direction = code(da, db, me.step_alpha, me.step_beta)
     if direction != me.direction or direction < 0:
@@ -190,13 +189,9 @@ def _advance(arms, walk, rules, i, loop, room, measured):
     me.alpha_before, me.beta_before = me.alpha, me.beta
     me.turn, me.moved = loop, bound
     moved = da != 0.0 or db != 0.0
-    if looks:
+    if moved:
         me.alpha = landed(me.alpha + da, me.folded_alpha, me.lower_alpha, me.upper_alpha)
         me.beta = landed(me.beta + db, me.folded_beta, me.lower_beta, me.upper_beta)
-    else:  # towards folded, which is the only stop on that path
-        me.alpha = landed(me.alpha + da, me.folded_alpha, me.folded_alpha, me.folded_alpha)
-        me.beta = landed(me.beta + db, me.folded_beta, me.folded_beta, me.folded_beta)
-    if moved:
         me.travel += bound
         me.fresh = False
     return abs(me.alpha - me.folded_alpha) + abs(me.beta - me.folded_beta), moved

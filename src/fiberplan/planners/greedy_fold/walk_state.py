@@ -6,11 +6,10 @@ import numpy as np
 
 from fiberplan.kernels.compile import inlined, record
 
-# What one arm is doing, and what it obeys. Obstacles follow the positioners. Three cache lines: a turn in which the arm
-# need not look around takes the first two, the others the third.
+# What one arm is doing, and what it obeys. Obstacles follow the positioners.
 STATE = record(
     [
-        ("alpha", "f8"),  # now [rad]
+        ("alpha", "f8"),  # now [rad]; what every turn needs comes first, to share cache lines
         ("beta", "f8"),
         ("folded_alpha", "f8"),  # [rad]
         ("folded_beta", "f8"),
@@ -20,24 +19,23 @@ STATE = record(
         ("wake", "f8"),  # travel up to which the arm need not look at its neighbours [mm]
         ("alpha_before", "f8"),  # at the beginning of the arm's last turn [rad]
         ("beta_before", "f8"),
-        ("moved", "f8"),  # motion bound of the arm's last turn [mm]
-        ("stride_same", "f8"),  # motion bound of a whole step of both joints, turning the same way [mm]
-        ("stride_opposite", "f8"),  # and opposite ways
         ("turn", "i4"),  # loop of the arm's last turn
+        ("moved", "f8"),  # motion bound of the arm's last turn [mm]
         ("contrary", "i4"),  # loop until which the arm's ranking is reversed
         ("direction", "i4"),  # code of the last move, to record a knot only where it changes
-        ("blocker", "i4"),  # who last refused the arm its best move, or -1
         ("fresh", "?"),  # its row of `Walk.frames` is that of now
         ("still", "?"),  # does not move any more: folded, held, an obstacle
+        ("stride_same", "f8"),  # motion bound of a whole step of both joints, turning the same way [mm]
+        ("stride_opposite", "f8"),  # and opposite ways
+        ("refused", "f8"),  # sum of the neighbours' travel when the arm last found no move, or -1
+        ("blocker", "i4"),  # who last refused the arm its best move, or -1
         ("first", "i4"),  # neighbours in `Walk.near`
         ("last", "i4"),  # one past
-        ("refused", "f8"),  # sum of the neighbours' travel when the arm last found no move, or -1
         ("bend", "f8"),  # how far a body point's way in one loop can differ from a straight one [mm]
         ("lower_alpha", "f8"),
         ("lower_beta", "f8"),
         ("upper_alpha", "f8"),
         ("upper_beta", "f8"),
-        ("spare", "f8"),
     ]
 )
 KNOT = record([("owner", "i8"), ("loop", "i8"), ("alpha", "f8"), ("beta", "f8")])

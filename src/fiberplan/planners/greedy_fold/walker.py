@@ -14,8 +14,6 @@ from fiberplan.planners.greedy_fold.walk_state import KNOT, STATE, Rules, Walk
 from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
-_LINE = 64  # bytes that a cache reads at once
-
 
 class Walker:
     """A walk towards folded that can be continued.
@@ -49,7 +47,7 @@ class Walker:
         n, walking = plane.n, np.flatnonzero(movable)
         fastest = float(plane.max_speed[walking].max(initial=plane.max_speed.min()))
         self.loop_time = step / fastest / UNDER_LIMIT
-        state = _aligned(len(plane.arms.arm))
+        state = np.zeros(len(plane.arms.arm), STATE)
         state["alpha"][:n], state["beta"][:n] = np.asarray(angles, float).T
         state["turn"] = state["contrary"] = state["blocker"] = -1
         state["wake"], state["refused"] = -np.inf, -1.0
@@ -130,10 +128,3 @@ class Walker:
         loop = np.concatenate([np.zeros(n, np.int64), knots["loop"], np.full(n, self.loops)])
         angles = np.concatenate([self._begin, np.stack([knots["alpha"], knots["beta"]], axis=1), self.angles])
         return Trajectory.from_knots(owner, loop * self.loop_time, angles, n)
-
-
-def _aligned(count: int) -> np.ndarray:
-    """So many STATE of zeros, each at the beginning of a cache line."""
-    room = np.zeros(count * STATE.itemsize + _LINE, np.uint8)
-    skip = -room.ctypes.data % _LINE
-    return room[skip : skip + count * STATE.itemsize].view(STATE)
