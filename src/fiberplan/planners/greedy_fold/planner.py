@@ -40,7 +40,7 @@ class GreedyFold:
         True, "pass over moves that a joint limit turns into nothing; as printed, they are taken"
     )
     relief: Literal["joint", "reverse", "replace", "none"] = setting("joint", "what to do in a deadlock")
-    """Search a joint path out of it for the few that are stuck (ours); reverse the ranking of one for a while (proposed
+    """Fold the few that are stuck once more, past the others, or jointly after them (ours); reverse the ranking of one for a while (proposed
     in the paper); give one another target and begin again (used there); nothing."""
     seed: int = 0  #: of the random choices of relief
 
