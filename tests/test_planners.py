@@ -8,7 +8,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
-from fiberplan.planners.greedy_fold.joint_relief import Fold
+from fiberplan.planners.greedy_fold.deadlock import Fold
 from fiberplan.planners.greedy_fold.losses import Losses
 from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field

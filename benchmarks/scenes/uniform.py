@@ -6,11 +6,14 @@ Each seed has fields of its own: a problem goes from field 2 seed to field 2 see
 from functools import cache, partial
 from pathlib import Path
 
+import numpy as np
+
 import fiberplan as fp
 from fiberplan.scenes.uniform import uniform_field
 from scenes.scene import Scene, margin_of
 
 BUFFERS = {1.5: 20, 2.0: 20, 2.5: 50, 3.0: 50}  #: [mm] -> fields
+PARKED = 10.0, 170.0  #: alpha and beta, in operation at SDSS-V [deg]
 RINGS = {4_921: 40, 19_441: 80, 99_919: 182}
 
 
@@ -41,6 +44,18 @@ def from_folded(seed: int, data: Path) -> fp.Problem:
     return fp.Problem(plane, plane.folded, uniform_field(plane, seed, margin), margin)
 
 
+@cache
+def parked() -> fp.FocalPlane:
+    """Parked where SDSS-V parks its robots: alphas have to turn both ways to get there."""
+    return sayres().replace(folded=np.tile(np.radians(PARKED), (sayres().n, 1)))
+
+
+def to_parked(seed: int, data: Path, buffer: float) -> fp.Problem:
+    """547 arms of Sayres2021 from a field to where SDSS-V parks, (10, 170) deg."""
+    plane, margin = parked(), margin_of(buffer)
+    return fp.Problem(plane, uniform_field(plane, seed, margin), plane.folded, margin)
+
+
 def hexagon(seed: int, data: Path, n: int) -> fp.Problem:
     """A filled hexagon of arms like DESI's, from field to field without margin."""
     return _field_to_field(desi_like(n), 0.0, seed)
@@ -59,5 +74,9 @@ SCENES = (
         for b, fields in BUFFERS.items()
     ),
     Scene("547-from-folded", from_folded),
+    *(
+        Scene(f"547-park-{b:.1f}", _named(to_parked, f", at a buffer of {b:.1f} mm", buffer=b), fields=30)
+        for b in (1.5, 2.0)
+    ),
     *(Scene(f"desi-like-{n}", _named(hexagon, f": {n} of them", n=n), 20 if n < 50_000 else 3) for n in RINGS),
 )

@@ -7,7 +7,7 @@ target to folded is easy, because all alphas turn the same way; it is searched a
 
 Paper (section 3)                                                     here
 ---------------------------------------------------------------------------------------------------------------------
- 1  reverse path from configuration q:                                `fold.fold`, `walker.Walker`
+ 1  reverse path from configuration q:                                `fold.Folding`, `walker.Walker`
  2    for loop = 1, 2, ... while loop x step <= 700 deg               `walker.Walker.run`, field `max_travel`
  3      for each robot i that is not folded, in turn                  `ranked_moves.run`
  4        for (s_alpha, s_beta) in (-,+) (0,+) (+,+) (-,0) (+,0)      `ranked_moves.RANKING`, written as towards folded,
@@ -31,9 +31,12 @@ What differs, and why:
   land far enough away that both can slide along each other next. The printed test remains as `Walker(swept=False)`.
 - Line 6 is not evaluated while the robot cannot have used up its proven clearance (`wake` and `known` in `walk_state`).
 - Line 7 compares with the stored folded angles; `walk_state.landed` takes rounding off at stops.
-- Lines 8 and 9 are `relief="reverse"` and `"replace"`. The default `"joint"` is ours: `joint_relief.JointRelief`
-  searches a joint path for each small group of stuck robots (`planners.shared.rrt_connect`); where there seems to be
-  none, one robot of the group is given up and folded from the beginning.
+- Lines 8 and 9 are `relief="reverse"` and `"replace"`. The default `"joint"` is ours, and has three steps. First the
+  stuck and who stood in their way (`deadlock.stuck_groups`) fold once more, past the others as these fold
+  (`timed_relief.TimedRelief`, by a search over time, `timed_search.path_in_time`). If that leaves some, and alphas had
+  to turn both ways, all fold by way of a state to which they turn the same way (`fold.Folding`). What is left then is
+  given a joint path after all others have come to rest (`joint_relief.JointRelief`, `planners.shared.rrt_connect`);
+  where there seems to be none, one robot of the group is given up and folded from the beginning.
 
 Ours altogether: `losses.Losses` decides which goals are given up, in rounds that end, so that the plan still begins at
 the start and is safe; `problem.resting` finds places for robots without goal; `planners.shared.straighten`

@@ -15,7 +15,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.compile import kernel
 from fiberplan.motion import Trajectory
-from fiberplan.planners.greedy_fold.walker import Walker
+from fiberplan.planners.greedy_fold.deadlock import Fold, stuck_groups
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.planners.shared.straighten import as_knots, clear_of
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
@@ -25,16 +25,6 @@ _SEARCHES = 8  # for every group, on average: failing searches are what takes lo
 _MOST_CANDIDATES = 3  # of a group, for being given up
 _GROWTHS = 3  # how often a group takes in one more when no joint way is found
 _MOST_SAMPLES = 5000  # of a whole recorded motion; one that takes more counts as not clear
-
-
-@dataclass(frozen=True, eq=False)
-class Fold:
-    """A motion towards folded, and who did not get there."""
-
-    trajectory: Trajectory
-    stuck: np.ndarray  #: positioners that are not folded at its end
-    blockers: dict[int, int]  #: stuck or given up positioner -> arm in its way
-    given_up: tuple[int, ...] = ()  #: folded from the beginning, so that the others get there
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,16 +59,16 @@ class JointRelief:
         near: Neighbourhood,
         margin: float,
         movable: np.ndarray,
-        walker: Walker,
+        walked: Fold,
         expendable: np.ndarray | None,
         seed: int,
     ):
         self._plane, self._near, self._margin, self._movable, self._seed = plane, near, margin, movable, seed
         self._expendable = expendable
-        self._stuck, self._blockers = walker.stuck, walker.blockers
-        self._walked = walker.trajectory()
-        self._stood = walker.angles  # where the walk ended
-        self._angles = walker.angles  # where everyone is after the ways found so far
+        self._stuck, self._blockers, self._walked = walked.stuck, walked.blockers, walked.trajectory
+        self._groups = stuck_groups(walked, movable)
+        self._stood = np.array(self._walked.end)  # where the walk ended
+        self._angles = np.array(self._walked.end)  # where everyone is after the ways found so far
         self._done_at = np.zeros(plane.n)  # when everyone has arrived for good, after the walk [s]
         self._ways: list[tuple[Way, float]] = []
         self._given_up: list[int] = []
@@ -91,7 +81,7 @@ class JointRelief:
         Each group sees the others as they are when its turn comes, and sets out when those next to it have arrived. One
         that found no way gets another chance when one next to it found one.
         """
-        waiting = self._groups()
+        waiting = self._groups
         self._searches_left = _SEARCHES * (len(waiting) + 1)
         changed = set(range(self._plane.n))  # where something is different from the last time a search failed there
         while any(changed.intersection(group) for group in waiting):
@@ -107,16 +97,6 @@ class JointRelief:
         stuck = self._stuck[away]
         blockers = {i: self._blockers[i] for i in (*map(int, stuck), *self._given_up) if i in self._blockers}
         return Fold(self._motion(), stuck, blockers, tuple(sorted(self._given_up)))
-
-    def _groups(self) -> list[list[int]]:
-        """Stuck positioners, each with whoever refused it its best move, linked through them."""
-        group_of = {int(i): {int(i)} for i in self._stuck}
-        for i, j in self._blockers.items():
-            if j < self._plane.n and self._movable[j]:
-                merged = group_of[i] | group_of.get(j, {j})
-                for k in merged:
-                    group_of[k] = merged
-        return [list(group) for group in sorted({tuple(sorted(group)) for group in group_of.values()})]
 
     def _around(self, members: list[int]) -> set[int]:
         """The members and all positioners next to them."""

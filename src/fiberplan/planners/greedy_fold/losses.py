@@ -12,7 +12,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood, clearance_around
 from fiberplan.kernels.clearance import clearance
 from fiberplan.plan import Outcome
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
-from fiberplan.planners.greedy_fold.joint_relief import Fold
+from fiberplan.planners.greedy_fold.deadlock import Fold
 from fiberplan.planners.shared.clusters import clusters
 from fiberplan.problem import Problem
 from fiberplan.problem.resting import place_the_rest

@@ -14,8 +14,7 @@ from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Plan
-from fiberplan.planners.greedy_fold.fold import RELIEFS, fold
-from fiberplan.planners.greedy_fold.joint_relief import Fold
+from fiberplan.planners.greedy_fold.fold import RELIEFS, Folding
 from fiberplan.planners.greedy_fold.losses import Losses
 from fiberplan.planners.protocol import PLANNERS, setting
 from fiberplan.planners.shared.prepared import prepared
@@ -41,7 +40,7 @@ class GreedyFold:
         True, "pass over moves that a joint limit turns into nothing; as printed, they are taken"
     )
     relief: Literal["joint", "reverse", "replace", "none"] = setting("joint", "what to do in a deadlock")
-    """Search a joint path out of it for the few that are stuck (ours); reverse the ranking of one for a while (proposed
+    """Fold the few that are stuck once more, past the others, or jointly after them (ours); reverse the ranking of one for a while (proposed
     in the paper); give one another target and begin again (used there); nothing."""
     seed: int = 0  #: of the random choices of relief
 
@@ -84,8 +83,8 @@ class GreedyFold:
                 walked_out, losses.movable
             ):  # the way out changes with who is held only
                 walked_out = losses.movable.copy()
-                out = self._fold(problem, near, walked_out, problem.start, rng)
-            back = self._fold(problem, near, losses.movable, end, rng, expendable=problem.priority)
+                out = self._folding(problem, near, walked_out).fold(problem.start, rng)
+            back = self._folding(problem, near, losses.movable, problem.priority).fold(end, rng)
             losses.record(back)
             if not (len(out.stuck) or len(back.stuck)):
                 break
@@ -108,25 +107,17 @@ class GreedyFold:
             notes=(*problem.notes, *losses.notes()),
         )
 
-    def _fold(
-        self,
-        problem: Problem,
-        near: Neighbourhood,
-        movable: np.ndarray,
-        angles: np.ndarray,
-        rng: np.random.Generator,
-        expendable: np.ndarray | None = None,
-    ) -> Fold:
-        return fold(
+    def _folding(
+        self, problem: Problem, near: Neighbourhood, movable: np.ndarray, expendable: np.ndarray | None = None
+    ) -> Folding:
+        return Folding(
             problem.plane,
-            angles,
             problem.margin,
             movable,
             near,
-            rng,
-            step=self.step,
-            max_travel=self.max_travel,
-            skip_noops=self.skip_noops,
-            relief=self.relief,
-            expendable=expendable,
+            self.step,
+            self.max_travel,
+            self.skip_noops,
+            self.relief,
+            expendable,
         )

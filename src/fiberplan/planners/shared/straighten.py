@@ -22,7 +22,7 @@ _MOST_SAMPLES = 60  # a neighbour that takes more refuses the move
 
 
 @inlined
-def _pose(knots, k, last, t):
+def pose(knots, k, last, t):
     """Angles of an arm at time t between its knots k and k + 1; held before the first and after the last."""
     here = knots[k]
     if k + 1 >= last or t <= here.time:
@@ -68,7 +68,7 @@ def clear_of(arms, knots, i, a, b, j, first, last, limit, most):
         s = (t - t0) / span
         alpha_j = beta_j = 0.0
         if first < last:
-            alpha_j, beta_j = _pose(knots, m, last, t)
+            alpha_j, beta_j = pose(knots, m, last, t)
         frame_i = frame(arms, i, knots[a].alpha + s * da, knots[a].beta + s * db)
         slack = frames_clearance(arms, i, frame_i, j, frame(arms, j, alpha_j, beta_j)) - limit
         if not (slack >= _TOUCH):
@@ -94,7 +94,7 @@ def clear_of(arms, knots, i, a, b, j, first, last, limit, most):
 
 
 @leaf
-def _first_at(knots, first, last, t):
+def first_at(knots, first, last, t):
     """Last of the knots [first, last) that is not after t, or the first."""
     lo, hi = first, last
     while hi - lo > 1:
@@ -126,7 +126,7 @@ def _refused_by(arms, knots, offsets, counts, near, i, a, b, place, limit):
         first = last = 0
         if j < len(counts):
             last = offsets[j] + counts[j]
-            first = _first_at(knots, offsets[j], last, knots[a].time)
+            first = first_at(knots, offsets[j], last, knots[a].time)
         if not clear_of(arms, knots, i, a, b, j, first, last, limit, _MOST_SAMPLES):
             return k
     return -1
