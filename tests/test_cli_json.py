@@ -20,7 +20,7 @@ PLAN = {
 }  # fmt: skip
 CERTIFICATE = {
     "ok", "summary", "margin", "jitter", "position_error", "pairs", "smallest_clearance", "contacts", "undecided",
-    "resting", "zones", "violations", "opening", "assumptions",
+    "resting", "zones", "violations", "opening", "assumptions", "geometry",
 }  # fmt: skip
 LOSS = {"positioner", "id", "outcome", "cause", "priority", "blockers", "names", "distance"}
 DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"} | {
@@ -58,6 +58,11 @@ def test_plan(folder, capsys):
     assert said["settings"] == {"step": 2.0, "max_travel": 700.0, "skip_noops": True, "relief": "joint"}
     assert said["written"] == ["new.fits"]
     assert said["certificate"]["ok"] is True
+    geometry = said["certificate"]["geometry"]
+    assert geometry["name"] == fp.FocalPlane.load("plane.fits").name
+    assert geometry["radii"] == [["arm", 1.5, 1.5]]
+    assert run(["verify", "new.fits"]) == 0
+    assert f"digest {geometry['digest'][:12]}; margin" in capsys.readouterr().out
     assert said["makespan"] == fp.Plan.read("new.fits").makespan
     assert any("margin is 0 mm" in note for note in said["notes"])
 

@@ -15,6 +15,7 @@ from fiberplan.certificates.opening import Opening, judge_opening
 from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_entries
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.geometry import Geometry, geometry_of
 from fiberplan.motion import Trajectory
 from fiberplan.tolerances import OPENING, RANGE, SPEED, START_RANGE
 
@@ -59,6 +60,7 @@ class Certificate(Frozen):
     zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
     opening: tuple[Opening, ...] = ()  #: pairs that begin nearer than the margin and are proven only to come apart
     assumptions: tuple[str, ...] = ()  #: what the proof rests on, in words; empty if nothing
+    geometry: Geometry | None = None  #: which arms, bodies and obstacles it is about; None: not said (older files)
 
     def __post_init__(self) -> None:
         for name, dtype in (("pairs", np.int64), ("clearance", float)):
@@ -167,6 +169,7 @@ def verify(
         zones=_zones(plane, path),
         opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
         assumptions=tuple(_assumptions(plane)),
+        geometry=geometry_of(plane),
     )
 
 

@@ -61,6 +61,12 @@ def openings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
         yield f"opening: {first} and {second}: {what} and {when}"
 
 
+def about(certificate: "Certificate") -> Iterator[str]:
+    """Which geometry a proof is about, and with which margin."""
+    if certificate.geometry is not None:
+        yield f"about {certificate.geometry}; margin {certificate.margin:g} mm"
+
+
 def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
     """What a proof rests on: sizes and omissions, then who is only taken to stand where it is."""
     guesses = plan.problem.assumptions
@@ -151,6 +157,7 @@ def certificate_facts(plane: "FocalPlane", certificate: "Certificate") -> dict[s
             for pair in certificate.opening
         ],
         "assumptions": certificate.assumptions,
+        "geometry": None if certificate.geometry is None else asdict(certificate.geometry),
     }
 
 
