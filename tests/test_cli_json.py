@@ -122,7 +122,7 @@ def test_instruments(capsys, folder):
     assert {"name", "positioners", "about"} == set(said[0])
     assert "sdss" in {row["name"] for row in said}
     said = told(capsys, "instruments", "plane.fits")
-    assert set(said) == {"name", "positioners", "online", "bodies", "facts", "ids", "notes"}
+    assert set(said) == {"name", "positioners", "online", "bodies", "facts", "ids", "notes", "assumptions", "cautions"}
     assert (said["positioners"], said["online"], len(said["ids"])) == (7, 7, 7)
     assert said["facts"]["alpha range"].endswith(" deg")
 

@@ -136,6 +136,40 @@ def test_edges_and_cameras_stand_by_petal(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("column", "cell", "said", "taken"),
+    [
+        ("LENGTH_R2", "3,0", "LENGTH_R2 is '3,0', not a number, taken as 2.9", ("fiber", 2.9)),
+        ("LENGTH_R1", "nan", "LENGTH_R1 is nan, taken as 2.95", ("length", 2.95)),
+        ("OFFSET_T", "", "OFFSET_T is empty, taken as -20", None),
+        ("PHYSICAL_RANGE_P", 5, "PHYSICAL_RANGE_P is 5 deg, taken as 188", None),
+        ("POS_T", "x", "POS_T is 'x', not a number", None),
+        ("KEEPOUT_EXPANSION_PHI_RADIAL", "?", "KEEPOUT_EXPANSION_PHI_RADIAL is '?'", None),
+        ("FIBER_INTACT", "maybe", "FIBER_INTACT is 'maybe'", None),
+    ],
+)
+def test_one_bad_cell_makes_its_robot_offline_if_asked(tmp_path, column, cell, said, taken):
+    path = write(tmp_path, changed("3007", column, cell))
+    with pytest.raises(InstrumentError, match=column):
+        FocalPlane.load(path)
+    plane = FocalPlane.load(path, "drop")
+    assert plane.online.tolist() == [False, False, True]
+    (note,) = [note for note in plane.assumptions if note.startswith("device 3007 is offline: line 25: ")]
+    assert said in note
+    assert note in plane.notes
+    if taken:
+        assert getattr(plane, taken[0])[0].ravel()[0] == pytest.approx(taken[1])
+    whole = FocalPlane.load(write(tmp_path), "drop")
+    assert whole.assumptions == FocalPlane.load(tmp_path).assumptions
+
+
+def test_a_robot_of_unknown_place_is_left_out_by_name(tmp_path):
+    for column, cell in (("OFFSET_X", ""), ("PETAL_LOC", 4)):
+        plane = FocalPlane.load(write(tmp_path, changed("3007", column, cell)), "drop")
+        assert plane.ids == ("3008", "4007")
+        assert any(text.startswith("device 3007 is left out, nothing is known") for text in plane.assumptions)
+
+
+@pytest.mark.parametrize(
     ("devices", "settings", "words"),
     [
         (DEVICES, None, ["collision_settings.conf", "no such file"]),

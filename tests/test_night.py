@@ -183,6 +183,32 @@ def test_home_around_who_cannot_move(folder, capsys, verb):
     assert read.certificate.ok
 
 
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("R0C2", "--angels", "10", "100"), "No such option '--angels'"),
+        (("--angels", "R0C2", "10", "100"), "No such option '--angels'"),
+        (("R0C2", "-12", "-x"), "No such option '-x'"),
+        (("R0C2", "-12", "three"), "'three' is not a number"),
+    ],
+)
+def test_an_option_that_amend_does_not_have_is_called_so(folder, capsys, arguments, line):
+    plan(capsys, 0, "one.csv", "-o", "p.fits")
+    said = told(capsys, 2, "amend", "p.fits", *arguments)
+    assert line in said
+    assert len(said.splitlines()) == 1
+
+
+def test_instruments_print_what_they_assume(folder, capsys):
+    fp.FocalPlane.load("seven.fits").replace(bodies=(), assumptions=("a guess",)).write("bare.fits")
+    out = told(capsys, 0, "instruments", "bare.fits")
+    assert "assumed: a guess\n" in out
+    assert "has no bodies" in out
+    said = json.loads(told(capsys, 0, "instruments", "bare.fits", "--json"))
+    assert said["assumptions"] == ["a guess"]
+    assert "has no bodies" in said["cautions"][0]
+
+
 def test_goals_are_amended_by_place_by_angles_and_from_a_table(folder, capsys):
     plan(capsys, 0, "one.csv", "-o", "p.fits")
     told(capsys, 0, "amend", "p.fits", "R0C2", "-12", "-3.5", "-o", "q.fits")
@@ -198,7 +224,7 @@ def test_goals_are_amended_by_place_by_angles_and_from_a_table(folder, capsys):
         (["R0C2", "1"], "needs X and Y"),
         (["R0C2", "1", "2", "--angles", "1", "2"], "not by both"),
         ([], "whose goal?"),
-        (["R0C2", "--nonsense"], "Invalid value for"),
+        (["R0C2", "--nonsense"], "No such option '--nonsense'"),
     ):
         line = told(capsys, 2, "amend", "p.fits", *arguments)
         assert text in line, line

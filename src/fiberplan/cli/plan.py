@@ -100,7 +100,7 @@ def plan(
         from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, assignments or (), settings)
-        plane, off = switched_off(FocalPlane.load(instrument), offline or ())
+        plane, off = switched_off(FocalPlane.load(instrument, conflicts), offline or ())
         leave = room(plane, margin, jitter, position_error)
         field = Targets.read(targets, priority_order, prefer, conflicts)
         problem = Problem.from_targets(
