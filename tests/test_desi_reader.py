@@ -8,7 +8,7 @@ import pytest
 from fiberplan.errors import InstrumentError, ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.desi import CRUISE, angles_of, petal
-from fiberplan.problem import Problem
+from fiberplan.problem import Problem, State
 
 COLUMNS = {
     "LOCATION": None, "DEVICE_ID": None, "DEVICE_TYPE": None, "PETAL_LOC": None, "LENGTH_R1": "mm", "LENGTH_R2": "mm",
@@ -91,6 +91,16 @@ def test_who_cannot_move_stands_where_the_file_says(tmp_path):
     np.testing.assert_allclose(np.degrees(unknown.folded[1]), [0, 150])
     assert any("no angles" in note and "3008" in note for note in unknown.notes)
     assert angles_of(tmp_path).known.tolist() == [True, False, True]
+
+
+def test_a_petal_may_start_from_the_file_of_all(tmp_path):
+    path = write(tmp_path)
+    one = petal(FocalPlane.load(path), 4)
+    state = State.read(path, one)
+    np.testing.assert_allclose(np.degrees(state.angles), [[0, 150]])
+    assert not state.unknown.any()
+    with pytest.raises(ProblemError, match="no positioner '3007'"):
+        State.read(path, FocalPlane.hexagonal(0, 10.0))
 
 
 def test_retracted_devices_stay_within_their_envelope(tmp_path):

@@ -183,6 +183,25 @@ def test_home_around_who_cannot_move(folder, capsys, verb):
     assert read.certificate.ok
 
 
+def test_idle_robots_are_parked_where_they_are_sent(folder, capsys):
+    out = plan(capsys, 0, "one.csv", "--park-at", "30", "150", "-o", "p.fits")
+    assert "parked: 6 of 6 without a target are where they were sent" in out
+    end = fp.Plan.read("p.fits").trajectory.end
+    np.testing.assert_allclose(np.degrees(np.delete(end, PARKED.index("R0C2"), axis=0)), [[30, 150]] * 6, atol=1e-9)
+    out = plan(capsys, 0, "one.csv", "--park-at", "30", "200", "-o", "p.fits")  # out of their range
+    assert "parked: 0 of 6" in out
+    assert "not parked: R-1C1, " in out
+
+
+def test_rows_that_no_robot_can_have_are_dropped_by_name(folder, capsys):
+    Path("more.csv").write_text("positioner,alpha,beta\nR0C2,100,90\nR0C2,90,90\nR9C9,10,20\n")
+    assert "line 3: positioner 'R0C2' already has a target in line 2" in plan(capsys, 2, "more.csv")
+    out = plan(capsys, 1, "more.csv", "--conflicts", "drop")
+    assert out.startswith("1 of 1 arrived")
+    assert "line 3 of more.csv was left out: positioner 'R0C2' already has a target in line 2; its target" in out
+    assert "line 4 of more.csv was left out: seven has no positioner 'R9C9'" in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -75,6 +75,8 @@ def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
     fields: dict[str, Any] = {"x": place[0], "y": place[1], "angles": np.stack(angles, axis=1)}
     fields |= _optional(table, faults)
     remarks = _remarks(table)
+    if drop:
+        _only_first(table, fields.get("positioner"), faults)
     kept = np.array([row not in faults for row in range(len(table))], bool)
     if faults:
         remarks |= _left_out(table, faults, remarks["notes"], drop)
@@ -82,6 +84,14 @@ def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
     if "site" in table:
         remarks["site"] = _site(table)
     return fields | remarks | {"source": table.source, "rows": _rows(table.rows, kept)}
+
+
+def _only_first(table: InputTable, ids: tuple[str, ...] | None, faults: dict[int, str]) -> None:
+    """Put rows whose positioner has a target in an earlier row that can be used into `faults`."""
+    first: dict[str, int] = {}
+    for row, id_ in enumerate(ids or ()):
+        if row not in faults and (before := first.setdefault(id_, row)) != row:
+            faults[row] = f"positioner '{id_}' already has a target in {table.rows[before]}"
 
 
 def _rows(values: Any, kept: np.ndarray) -> Any:
@@ -102,6 +112,8 @@ def _optional(table: InputTable, faults: dict[int, str]) -> dict[str, Any]:
         fields["priority"] = table.numbers("priority", faults=faults)
     if "fiber" in table:
         fields["fiber"] = table.texts("fiber", blank="")
+    if "second_name" in table:
+        fields["second_names"] = table.texts("second_name", blank="")
     if "parity" in table:
         fields["parity"] = _parity(table)
     for name, usual in (("assigned", True), ("on_target", True), ("disabled", False)):
@@ -207,6 +219,8 @@ def table_of(targets: Targets) -> QTable:
     columns["priority"] = targets.priority
     if targets.fiber is not None:
         columns["fiber"] = np.array(targets.fiber, str)
+    if targets.second_names is not None:
+        columns["second_name"] = np.array(targets.second_names, str)
     columns["parity"] = targets.parity.astype(np.int64)
     if not targets.assigned.all():
         columns["assigned"] = targets.assigned.astype(np.int64)
