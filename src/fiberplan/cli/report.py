@@ -69,7 +69,8 @@ def about(certificate: "Certificate") -> Iterator[str]:
 
 def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
     """What a proof rests on: sizes and omissions, then who is only taken to stand where it is."""
-    guesses = plan.problem.assumptions
+    places = tuple(f"positioner '{unknown['positioner']}' stands at" for unknown in unknown_facts(plan))
+    guesses = [text for text in plan.problem.assumptions if text.startswith(places)] if places else []
     for text in certificate.assumptions:
         if text not in guesses:
             yield f"assumed: {text}"

@@ -14,17 +14,21 @@ _OF_ROWS = (*_WHO, "x", "y", "priority", "fiber", "parity", "angles", "base")
 
 
 def of_known_positioners(targets: Targets, plane: FocalPlane) -> Targets:
-    """The targets of positioners that `plane` has, of each its first; all others are lost, by name (`left_out`).
+    """The targets of positioners and fibers that `plane` has, of each its first; all others are lost (`left_out`).
 
     All of them as they are if none is left: they are of another array, which `Targets.indices` says.
     """
     if targets.positioner is None:
         return targets
     lost: dict[int, str] = {}
+    fibers = {name.lower() for name in ("", *plane.fiber_offsets)}
     first: dict[int, int] = {}
     for row, id_ in enumerate(targets.positioner):
         if id_ not in plane.names:
             lost[row] = f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}"
+        elif targets.fiber is not None and targets.fiber[row].lower() not in fibers:
+            had = ", ".join(plane.fiber_offsets)
+            lost[row] = f"{plane.name} has no fiber '{targets.fiber[row]}'; it has {had}"
         elif (before := first.setdefault(plane.names[id_], row)) != row:
             lost[row] = f"positioner '{plane.ids[plane.names[id_]]}' already has a target in {targets.rows[before]}"
     strangers = [id_ for id_ in targets.offline if id_ not in plane.names]
