@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 CHROMIUM := chromium chromium-browser google-chrome
 
-.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners picture browser format clean
+.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners bench-premises picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -42,6 +42,9 @@ bench: $(VENV)/.installed ## the figures of the README
 
 bench-planners: $(VENV)/.installed ## every planner on every scene; OPTIONS="--quick" for the small ones
 	$(BIN)/python benchmarks/planners.py $(OPTIONS)
+
+bench-premises: $(VENV)/.installed ## starts, machines and targets as they are; OPTIONS="--only touching --trials 20" for a part
+	nice $(BIN)/python benchmarks/premises.py $(OPTIONS)
 
 picture: demo ## the picture of the README
 	$(BIN)/python docs/picture.py demo/plan.fits docs/plan.png

@@ -69,8 +69,9 @@ def about(certificate: "Certificate") -> Iterator[str]:
 
 def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
     """What a proof rests on: sizes and omissions, then who is only taken to stand where it is."""
-    places = tuple(f"positioner '{unknown['positioner']}' stands at" for unknown in unknown_facts(plan))
-    guesses = [text for text in plan.problem.assumptions if text.startswith(places)] if places else []
+    ids = plan.problem.plane.ids
+    places = {f"positioner '{ids[i]}' stands at": needed for i, needed in plan.needed_guesses.items()}
+    guesses = [text for text in plan.problem.assumptions if text.startswith(tuple(places))] if places else []
     for text in certificate.assumptions:
         if text not in guesses:
             yield f"assumed: {text}"
@@ -78,6 +79,9 @@ def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
         these = f"these {len(guesses)} stand where they are" if len(guesses) > 1 else "this one stands where it is"
         yield f"{'safe' if certificate.ok else 'judged'} if {these} taken to stand:"
         yield from (f"  {text}" for text in guesses)
+        free = [ids[i] for i, needed in plan.needed_guesses.items() if not needed]
+        if free and certificate.ok:
+            yield f"  of these the motion is safe wherever they stand: {', '.join(free)}"
 
 
 def unknown_facts(plan: "Plan") -> list[dict[str, Any]]:
@@ -88,6 +92,7 @@ def unknown_facts(plan: "Plan") -> list[dict[str, Any]]:
             "positioner": plane.ids[i],
             "alpha": math.degrees(plan.problem.start[i, 0]),
             "beta": math.degrees(plan.problem.start[i, 1]),
+            "needed": plan.needed_guesses[i],
         }
         for i in range(plane.n)
         if end.unknown[i]
