@@ -93,3 +93,14 @@ def test_a_table_says_who_is_offline(capsys):
     code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", "off.csv")
     assert code == 2
     assert "off.csv: line 2: seven has no positioner 'R0C9'" in out
+
+
+def test_numbers_of_robots_may_be_written_as_floats(capsys):
+    """So a column of numbers comes out of a program in which one of them was missing."""
+    plane = fp.FocalPlane.load("seven.fits")
+    plane.replace(aliases=tuple(str(11 + k) for k in range(7))).write("seven.fits")
+    number = 11 + plane.index["R0C2"]
+    Path("seen.csv").write_text(f"{HEAD}\n" + "".join(f"{11 + k}.0,0,180\n" for k in range(7)))
+    code, out = planned(capsys, f"{HEAD}\n{number}.0,100,90\n", "--start", "seen.csv")
+    assert code == 0, out
+    assert out.startswith("1 of 1 arrived")

@@ -66,10 +66,10 @@ def _names(plane: "FocalPlane", text: str) -> list[str]:
     lines = read_text(path, FiberplanError)
     if "," in (lines[0] if lines else "") and "positioner" in lines[0].lower().replace(" ", "").split(","):
         table = read_table(path, FiberplanError)
-        for row, name in enumerate(table.texts("positioner")):
+        for row, name in enumerate(table.names("positioner")):
             if name not in plane.names:
                 raise table.fail(row, f"{plane.name} has no positioner '{name}'{nearest(name, plane.names)}")
-        return list(table.texts("positioner"))
+        return list(table.names("positioner"))
     for number, line in enumerate(lines, 1):
         for name in line.partition("#")[0].replace(",", " ").split():
             if name not in plane.names and not (number == 1 and name.lower() == "positioner"):

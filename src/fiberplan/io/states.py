@@ -121,7 +121,7 @@ def _of_field(targets: Targets, plane: FocalPlane) -> _Rows:
 
 def _of_table(table: InputTable, at: float | None) -> _Rows:
     table.require("positioner", "alpha", "beta")
-    ids = table.texts("positioner")
+    ids = table.names("positioner")
     angles = np.stack([table.numbers(name, "rad", "deg", blank=np.nan) for name in ("alpha", "beta")], axis=1)
     if "time" in table:
         return _of_motion(table, ids, angles, at)

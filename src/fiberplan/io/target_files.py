@@ -117,7 +117,7 @@ def _optional(table: InputTable, faults: dict[int, str], doubtful: dict[int, str
     """
     fields: dict[str, Any] = {}
     if "positioner" in table:
-        fields["positioner"] = table.texts("positioner", blank="")
+        fields["positioner"] = table.names("positioner", blank="")
         for row, id_ in enumerate(fields["positioner"]):
             if _NOBODY.fullmatch(id_):
                 faults.setdefault(row, f"positioner is {id_ or 'empty'}")

@@ -31,6 +31,7 @@ _SEPARATED = {".csv", ".tsv", ".tab"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _HEADING = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*$")  # x [mm]
 _EMPTY = {"", "--", "null", "none", "n/a", "na", "masked"}  # what stands in a cell for no number
+_WHOLE = re.compile(r"^(\d+)\.0+$")
 _COMMENT = re.compile(r"#\s*([^:]+?)\s*:\s*(\S.*?)\s*$")  # # x: mm
 
 
@@ -90,6 +91,10 @@ class InputTable:
             if not cell and blank is None:
                 raise self.fail(row, f"{name} is empty")
         return tuple(cell or (blank or "") for cell in cells)
+
+    def names(self, name: str, blank: str | None = None) -> tuple[str, ...]:
+        """As `texts`, of a column of names: a number that a program wrote as 7.0 is 7."""
+        return tuple(_WHOLE.sub(r"\1", text) for text in self.texts(name, blank))
 
     def numbers(
         self,
