@@ -28,7 +28,7 @@ def test_a_guess_is_needed_where_somebody_comes_near():
     assert needed_guesses(*moved(LEFT), 0.8, np.array([RIGHT, MIDDLE])).tolist() == [False, True]
     assert needed_guesses(*moved(LEFT, MIDDLE), 0.8, np.array([RIGHT])).tolist() == [True]
     assert needed_guesses(*moved(LEFT), 12.0, np.array([RIGHT])).tolist() == [True]
-    assert needed_guesses(*moved(LEFT), 0.8, np.array([RIGHT]), position_error=11.0).tolist() == [True]
+    assert needed_guesses(*moved(LEFT), 0.8, np.array([RIGHT]), position_error=11.5).tolist() == [True]
 
 
 def test_wherever_the_unknown_one_stands_a_motion_that_needs_no_guess_is_safe():
