@@ -17,7 +17,7 @@ from numba.core.event import install_recorder
 import fiberplan as fp
 from fiberplan.errors import FiberplanError
 from fiberplan.planners import Planner
-from measure import peak_memory, timed
+from measure import T, peak_memory, timed
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Run:
 def run(seed: int, problem: fp.Problem, planner: Planner) -> Run:
     """Plan one problem, and judge the plan."""
     try:
-        cpu, wall, plan = _warm(lambda: planner.plan(problem))
+        cpu, wall, plan = warm(lambda: planner.plan(problem))
         proof, _, faults = timed(plan.faults)
     except FiberplanError as error:
         return Run(seed, refused=str(error))
@@ -99,7 +99,7 @@ def _where(error: Exception) -> str:
     return f"{type(error).__name__}: {text} ({Path(last.filename).name}, line {last.lineno})"
 
 
-def _warm(work: Callable[[], fp.Plan]) -> tuple[float, float, fp.Plan]:
+def warm(work: Callable[[], T]) -> tuple[float, float, T]:
     """`timed`, once more if a kernel had to be compiled."""
     with install_recorder("numba:compile") as compiled:
         result = timed(work)

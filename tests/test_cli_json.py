@@ -22,7 +22,7 @@ PLAN = {
 }  # fmt: skip
 CERTIFICATE = {
     "ok", "summary", "margin", "jitter", "position_error", "pairs", "smallest_clearance", "contacts", "undecided",
-    "resting", "zones", "violations", "opening", "assumptions",
+    "resting", "zones", "violations", "opening", "assumptions", "geometry",
 }  # fmt: skip
 LOSS = {"positioner", "id", "outcome", "cause", "priority", "blockers", "names", "distance"}
 DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"} | {
@@ -60,6 +60,11 @@ def test_plan(folder, capsys):
     assert said["settings"] == {"step": 2.0, "max_travel": 700.0, "skip_noops": True, "relief": "joint"}
     assert said["written"] == ["new.fits"]
     assert said["certificate"]["ok"] is True
+    geometry = said["certificate"]["geometry"]
+    assert geometry["name"] == fp.FocalPlane.load("plane.fits").name
+    assert geometry["radii"] == [["arm", 1.5, 1.5]]
+    assert run(["verify", "new.fits"]) == 0
+    assert f"digest {geometry['digest'][:12]}; margin" in capsys.readouterr().out
     assert said["makespan"] == fp.Plan.read("new.fits").makespan
     assert any("margin is 0 mm" in note for note in said["notes"])
 
@@ -119,7 +124,7 @@ def test_instruments(capsys, folder):
     assert {"name", "positioners", "about"} == set(said[0])
     assert "sdss" in {row["name"] for row in said}
     said = told(capsys, "instruments", "plane.fits")
-    assert set(said) == {"name", "positioners", "online", "bodies", "facts", "ids", "notes"}
+    assert set(said) == {"name", "positioners", "online", "bodies", "facts", "ids", "notes", "assumptions", "cautions"}
     assert (said["positioners"], said["online"], len(said["ids"])) == (7, 7, 7)
     assert said["facts"]["alpha range"].endswith(" deg")
 

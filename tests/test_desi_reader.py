@@ -8,7 +8,7 @@ import pytest
 from fiberplan.errors import InstrumentError, ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.desi import CRUISE, angles_of, petal
-from fiberplan.problem import Problem
+from fiberplan.problem import Problem, State
 
 pytestmark = pytest.mark.small
 
@@ -95,6 +95,16 @@ def test_who_cannot_move_stands_where_the_file_says(tmp_path):
     assert angles_of(tmp_path).known.tolist() == [True, False, True]
 
 
+def test_a_petal_may_start_from_the_file_of_all(tmp_path):
+    path = write(tmp_path)
+    one = petal(FocalPlane.load(path), 4)
+    state = State.read(path, one)
+    np.testing.assert_allclose(np.degrees(state.angles), [[0, 150]])
+    assert not state.unknown.any()
+    with pytest.raises(ProblemError, match="no positioner '3007'"):
+        State.read(path, FocalPlane.hexagonal(0, 10.0))
+
+
 def test_retracted_devices_stay_within_their_envelope(tmp_path):
     plane = FocalPlane.load(write(tmp_path))
     assert np.degrees(plane.lower[2, 1]) == pytest.approx(114)
@@ -135,6 +145,40 @@ def test_edges_and_cameras_stand_by_petal(tmp_path):
     down = np.array([np.radians(-90 - 20), np.radians(-1.5)])  # stretched over the edge
     with pytest.raises(ProblemError, match="edge of petal 3"):
         Problem(beside, beside.folded, np.stack([down, *beside.folded[1:]]))
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "said", "taken"),
+    [
+        ("LENGTH_R2", "3,0", "LENGTH_R2 is '3,0', not a number, taken as 2.9", ("fiber", 2.9)),
+        ("LENGTH_R1", "nan", "LENGTH_R1 is nan, taken as 2.95", ("length", 2.95)),
+        ("OFFSET_T", "", "OFFSET_T is empty, taken as -20", None),
+        ("PHYSICAL_RANGE_P", 5, "PHYSICAL_RANGE_P is 5 deg, taken as 188", None),
+        ("POS_T", "x", "POS_T is 'x', not a number", None),
+        ("KEEPOUT_EXPANSION_PHI_RADIAL", "?", "KEEPOUT_EXPANSION_PHI_RADIAL is '?'", None),
+        ("FIBER_INTACT", "maybe", "FIBER_INTACT is 'maybe'", None),
+    ],
+)
+def test_one_bad_cell_makes_its_robot_offline_if_asked(tmp_path, column, cell, said, taken):
+    path = write(tmp_path, changed("3007", column, cell))
+    with pytest.raises(InstrumentError, match=column):
+        FocalPlane.load(path)
+    plane = FocalPlane.load(path, "drop")
+    assert plane.online.tolist() == [False, False, True]
+    (note,) = [note for note in plane.assumptions if note.startswith("device 3007 is offline: line 25: ")]
+    assert said in note
+    assert note in plane.notes
+    if taken:
+        assert getattr(plane, taken[0])[0].ravel()[0] == pytest.approx(taken[1])
+    whole = FocalPlane.load(write(tmp_path), "drop")
+    assert whole.assumptions == FocalPlane.load(tmp_path).assumptions
+
+
+def test_a_robot_of_unknown_place_is_left_out_by_name(tmp_path):
+    for column, cell in (("OFFSET_X", ""), ("PETAL_LOC", 4)):
+        plane = FocalPlane.load(write(tmp_path, changed("3007", column, cell)), "drop")
+        assert plane.ids == ("3008", "4007")
+        assert any(text.startswith("device 3007 is left out, nothing is known") for text in plane.assumptions)
 
 
 @pytest.mark.parametrize(

@@ -86,6 +86,42 @@ def test_inverse_kinematics_finds_every_solution(seed, theta1, theta2):
     assert np.all(found[:, 0] >= plane.lower[0, 0])
 
 
+def test_points_just_beyond_an_end_are_taken_to_it():
+    """Tables have three decimals: at the end of a joint's range, and of what the arm reaches at all."""
+    rng, ends, edges = np.random.default_rng(8), 0, 0
+    for _ in range(60):
+        plane = four_bar_plane(rng, n=1)
+        who, offset = np.array([0]), plane.fiber
+        q = plane.kinematics.random(plane, rng, who)
+        lever = plane.kinematics.levers(plane, who, offset)
+        tip = plane.fibers(q)
+        for d, (joint, sign) in enumerate([(0, 1), (1, 1), (0, -1), (1, -1)]):
+            for off in (0.9e-3, 0.1):
+                end = q[0, joint] - sign * off / lever[0].sum()
+                limits = {name: getattr(plane, name).copy() for name in ("lower", "upper", "folded")}
+                limits["upper" if sign > 0 else "lower"][0, joint] = end
+                limits["lower" if sign > 0 else "upper"][0, joint] = end - sign * 1e-3
+                limits["folded"][0] = q[0]
+                limits["folded"][0, joint] = end
+                shut = plane.replace(**limits)
+                found = solutions(shut, who, tip, offset, np.zeros(1))[0]
+                found = found[np.isfinite(found[:, 0])]
+                here = np.abs(found - q[0]).max(axis=1) < 0.05 if len(found) else np.zeros(0, bool)
+                assert here.any() == (off < 1e-3), (d, off)
+                for each in found:
+                    assert np.hypot(*(shut.fibers(each[None]) - tip)[0]) <= 1e-3
+                ends += here.any()
+        length, arm = plane.length[0], np.hypot(*offset[0])
+        away = tip[0] - plane.base[0]
+        far = plane.base + away / np.hypot(*away) * (length + arm + 0.9e-3)
+        for each in solutions(plane, who, far, offset, np.zeros(1))[0]:
+            if np.isfinite(each[0]):
+                edges += 1
+                assert np.hypot(*(plane.fibers(each[None]) - far)[0]) <= 1e-3 + 1e-9
+    assert ends > 200
+    assert edges > 0
+
+
 @pytest.mark.small
 def test_most_points_have_several_solutions():
     plane = four_bar_plane(np.random.default_rng(3), n=1, longest=(100.0, 120.0), shortest=(1.0, 1.1))

@@ -183,6 +183,53 @@ def test_home_around_who_cannot_move(folder, capsys, verb):
     assert read.certificate.ok
 
 
+def test_idle_robots_are_parked_where_they_are_sent(folder, capsys):
+    out = plan(capsys, 0, "one.csv", "--park-at", "30", "150", "-o", "p.fits")
+    assert "parked: 5 of 6 without a target are where they were sent" in out
+    assert "not parked: R0C1\n" in out  # there it would touch who is at its target
+    end = fp.Plan.read("p.fits").trajectory.end
+    five = [k for k, id_ in enumerate(PARKED) if id_ not in ("R0C1", "R0C2")]
+    np.testing.assert_allclose(np.degrees(end[five]), [[30, 150]] * 5, atol=1e-9)
+    out = plan(capsys, 0, "one.csv", "--park-at", "30", "200", "-o", "p.fits")  # out of their range
+    assert "parked: 0 of 6" in out
+    assert "not parked: R-1C1, " in out
+
+
+def test_rows_that_no_robot_can_have_are_dropped_by_name(folder, capsys):
+    Path("more.csv").write_text("positioner,alpha,beta\nR0C2,100,90\nR0C2,90,90\nR9C9,10,20\n")
+    assert "line 3: positioner 'R0C2' already has a target in line 2" in plan(capsys, 2, "more.csv")
+    out = plan(capsys, 1, "more.csv", "--conflicts", "drop")
+    assert out.startswith("1 of 1 arrived")
+    assert "line 3 of more.csv was left out: positioner 'R0C2' already has a target in line 2; its target" in out
+    assert "line 4 of more.csv was left out: seven has no positioner 'R9C9'" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("R0C2", "--angels", "10", "100"), "No such option '--angels'"),
+        (("--angels", "R0C2", "10", "100"), "No such option '--angels'"),
+        (("R0C2", "-12", "-x"), "No such option '-x'"),
+        (("R0C2", "-12", "three"), "'three' is not a number"),
+    ],
+)
+def test_an_option_that_amend_does_not_have_is_called_so(folder, capsys, arguments, line):
+    plan(capsys, 0, "one.csv", "-o", "p.fits")
+    said = told(capsys, 2, "amend", "p.fits", *arguments)
+    assert line in said
+    assert len(said.splitlines()) == 1
+
+
+def test_instruments_print_what_they_assume(folder, capsys):
+    fp.FocalPlane.load("seven.fits").replace(bodies=(), assumptions=("a guess",)).write("bare.fits")
+    out = told(capsys, 0, "instruments", "bare.fits")
+    assert "assumed: a guess\n" in out
+    assert "has no bodies" in out
+    said = json.loads(told(capsys, 0, "instruments", "bare.fits", "--json"))
+    assert said["assumptions"] == ["a guess"]
+    assert "has no bodies" in said["cautions"][0]
+
+
 def test_goals_are_amended_by_place_by_angles_and_from_a_table(folder, capsys):
     plan(capsys, 0, "one.csv", "-o", "p.fits")
     told(capsys, 0, "amend", "p.fits", "R0C2", "-12", "-3.5", "-o", "q.fits")
@@ -198,7 +245,7 @@ def test_goals_are_amended_by_place_by_angles_and_from_a_table(folder, capsys):
         (["R0C2", "1"], "needs X and Y"),
         (["R0C2", "1", "2", "--angles", "1", "2"], "not by both"),
         ([], "whose goal?"),
-        (["R0C2", "--nonsense"], "Invalid value for"),
+        (["R0C2", "--nonsense"], "No such option '--nonsense'"),
     ):
         line = told(capsys, 2, "amend", "p.fits", *arguments)
         assert text in line, line

@@ -73,6 +73,13 @@ def test_keeps_the_margin_once_it_has_it():
     assert not np.isnan(judged(-0.5, 3.0, 0.5 - 1e-4, 3.0)[2])
 
 
+def test_the_margin_counts_however_briefly_it_was_had():
+    """Nothing that a look at its middle and its ends misses: what had the margin between them has to keep it."""
+    assert not np.isnan(judged(-1.4, 0.45, 0.52, 0.45, 0.52, 0.45)[2])
+    assert np.isnan(judged(-1.4, 0.45, 0.49, 0.45, 0.49, 0.45)[2])
+    assert np.isnan(judged(-1.4, 0.45, 0.5 + 0.5 * OPENING, 0.45, 3.0)[2])
+
+
 def test_nothing_to_open_is_no_opening():
     assert judged(0.6, 3.0)[1:].tolist() == [0.0, 0.0]
     assert judged(0.2, 3.0, errors=(np.nan, 0.0))[1:].tolist() == [0.0, 0.0]
@@ -116,10 +123,10 @@ def test_pairs_are_judged_one_after_the_other():
 def test_a_middle_that_is_rounded():
     plane = make_plane([0, 0], [TIP], [Obstacle("post", [[20.0, 0.0]], 1.0)], length=0.0)
     path = as_path(plane, LATE)
-    t, now, bound = _signed_interval(plane.arms, path, 0, 1, 1e16 + 2, 1e16 + 8, 0.0, 0.0)
+    t, now, bound, most = _signed_interval(plane.arms, path, 0, 1, 1e16 + 2, 1e16 + 8, 0.0, 0.0)
     assert t == 1e16 + 4
     end = signed_clearance(plane.arms, 0, *sampled(LATE, 0, np.array([1e16 + 8]))[0], 1, 0.0, 0.0)
-    assert end - 0.1 < bound < end < now
+    assert end - 0.1 < bound < end < now < most
 
 
 def test_overlapping_outlines_come_apart():
@@ -191,7 +198,7 @@ def test_bound_of_depth_is_sound_and_as_sharp_as_derived():
 
 
 def test_bounds_over_intervals():
-    rng, kinds = np.random.default_rng(0), []
+    rng, kinds, sharp = np.random.default_rng(0), [], 0
     for _ in range(40):
         plane, motion, path = scene(rng)
         i, j = (0, 1) if rng.random() < 0.6 else (int(rng.integers(2)), 2)
@@ -199,7 +206,7 @@ def test_bounds_over_intervals():
             i, j = j, i
         t0 = rng.uniform(0, 6)
         t1 = min(6.0, t0 + rng.choice([0.01, 0.3, 2.0]))
-        t, now, bound = _signed_interval(plane.arms, path, i, j, t0, t1, 0.1, 0.25)
+        t, now, bound, most = _signed_interval(plane.arms, path, i, j, t0, t1, 0.1, 0.25)
         middle = 0.5 * (t0 + t1)
         knots = np.concatenate([path.knots["time"][path.offsets[k] : path.offsets[k + 1]] for k in (i, j) if k < 2])
         inside = knots[(knots > t0) & (knots < t1)]
@@ -218,6 +225,12 @@ def test_bounds_over_intervals():
                 both += [frame(plane.arms, k, *q[1]), *((q[2] - q[0]) / 2e-6)]
             expected = max(expected, _signed_bound(plane.arms, i, *both[:3], j, *both[3:], (t1 - t0) / 2)[1])
         assert bound == pytest.approx(expected - _pad(path, i, j, t0, t1, 0.1, 0.25), abs=1e-6)
+        moments = np.linspace(t0, t1, 501)
+        pads = [0.25 + 0.1 * sum(fastest(path, k, at - 0.1, at + 0.1) for k in (i, j)) for at in moments]
+        least = gap + lost + ROUNDING - most
+        assert 0.25 - 1e-9 <= least <= min(pads) + 1e-9
+        sharp += least > 0.25 + 1e-6
+    assert sharp > 5
     assert set(kinds) == {0, 1, 2}
 
 

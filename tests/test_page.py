@@ -77,6 +77,28 @@ MIXED = (
 )
 
 
+def displaced_plan():
+    """The one in the middle has no target and gives way to the one beside it."""
+    plane = FocalPlane.hexagonal(1, 22.4, name="small array")
+    goal, wished = plane.folded.copy(), np.zeros(plane.n, bool)
+    goal[3], goal[4], wished[3] = (0.0, 0.0), (np.pi, 0.0), True
+    problem = Problem(plane, plane.folded, goal, conflicts="drop", wished=wished, assumptions=(f"a guess {HOSTILE}",))
+    end = np.where(np.isnan(problem.goal), problem.start, problem.goal)
+    motion = Trajectory.from_samples(np.array([0.0, 60.0]), np.stack([problem.start, end]))
+    outcomes = [Outcome.DROPPED if i in problem.dropped else Outcome.ARRIVED for i in range(plane.n)]
+    return Plan(problem, motion, tuple(outcomes), "none")
+
+
+def test_page_tells_premises_and_who_is_displaced():
+    plan = displaced_plan()
+    data = page_data(plan)
+    assert [one["positioner"] for one in data["displaced"]] == [3]
+    assert data["displaced"][0]["cause"].startswith("its goal touches something at rest")
+    assert data["certificate"]["geometry"] == str(plan.certificate.geometry)
+    assert f"a guess {HOSTILE}" in data["certificate"]["assumptions"]
+    assert data["certificate"]["opening"] == []
+
+
 def test_page_asks_for_nothing_else(tmp_path):
     show(small_plan(), tmp_path / "field.html")
     text = (tmp_path / "field.html").read_bytes().decode("ascii")

@@ -12,7 +12,7 @@ import pytest
 
 from fiberplan.plan.diagnosis import diagnose
 from fiberplan.visuals import show
-from test_page import CENTRE, HOSTILE, MIXED, OFFLINE, RIGHT, STUCK, small_plan, still_plan
+from test_page import CENTRE, HOSTILE, MIXED, OFFLINE, RIGHT, STUCK, displaced_plan, small_plan, still_plan
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROME = os.environ.get("CHROME") or next(
@@ -92,6 +92,18 @@ def test_slider_moves_the_arms(open_page):
     assert picture(page) not in (folded, seen)
     assert page.locator("#clock").inner_text() == "8.00 s of 16.00 s"
     assert page.locator("#moving").inner_text() == "15 moving (at most 15)"
+
+
+def test_premises_and_who_is_displaced(open_page):
+    page = open_page(displaced_plan())
+    assert "Idle, elsewhere than recorded (1)".upper() in page.locator("#displaced").inner_text().upper()
+    assert re.search(r"arrived\s+6 of 6\b", page.locator("#figures").inner_text(), re.IGNORECASE)
+    text = page.locator("#premises").inner_text()
+    assert "arm of radius 1.5 mm" in text
+    assert f"a guess {HOSTILE}" in text
+    page.locator("#displaced button").click()
+    assert page.locator("#selected .name").inner_text().startswith("R0C2")
+    assert not open_page(small_plan()).locator("#displaced").is_visible()
 
 
 def test_play_runs_to_the_end_and_pauses(open_page):
@@ -186,7 +198,7 @@ def test_lost_targets_say_why_and_lead_there(open_page):
     plan = small_plan()
     page = open_page(plan)
     losses = page.locator("#losses")
-    assert "Lost targets (2)".upper() in losses.inner_text().upper()
+    assert "Lost targets (3)".upper() in losses.inner_text().upper()
     assert HOSTILE in losses.inner_text()
     whole = picture(page)
     losses.get_by_role("button", name=plan.problem.plane.ids[STUCK], exact=True).click()

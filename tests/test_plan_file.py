@@ -55,6 +55,14 @@ def test_everything_round_trips(path, small_plan):
     assert plan_bytes(plan) == plan_bytes(again) == path.read_bytes()
 
 
+def test_forbidden_places_and_all_that_stands_are_kept(tmp_path):
+    """Black dots of PFS: a plan on a focal plane with such places could not be written."""
+    plane = FocalPlane.hexagonal(1, 22.4).replace(forbidden=[[50.0, 50.0, 0.5]])
+    problem = Problem(plane, plane.folded, plane.folded)
+    Plan(problem, Trajectory.at_rest(plane.folded), (Outcome.ARRIVED,) * 7, "none").write(tmp_path / "plan.fits")
+    np.testing.assert_array_equal(Plan.read(tmp_path / "plan.fits").problem.plane.forbidden, plane.forbidden)
+
+
 def test_arrays_are_native_and_read_only(path):
     plan = Plan.read(path)
     for array in (plan.trajectory.angles, plan.trajectory.times, plan.problem.goal, plan.problem.requested):

@@ -9,7 +9,7 @@ from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.diagnosis import displaced, losses
 from fiberplan.planners import Direct
-from fiberplan.problem import Problem, Targets
+from fiberplan.problem import Problem, State, Targets
 
 pytestmark = pytest.mark.small
 
@@ -187,3 +187,56 @@ def test_real_record_on_its_folder_and_elsewhere(calibration, conf_summary, shar
         targets.solve(FocalPlane.load("sdss"))
     with pytest.raises(TargetError, match="is of APO, but duPontFlatCMM is of LCO"):
         targets.solve(FocalPlane.load(shared_data / "sdss/lco/wok_calibs/duPontFlatCMM"))
+
+
+def numbered(plane, names):
+    """The plane, whose robots have these numbers."""
+    return plane.replace(aliases=tuple(map(str, names)))
+
+
+def test_numbers_of_robots_are_compared(tmp_path, small_plane):
+    """A record knows robots by number too: some have been replaced since, but most must be the same."""
+    path = record(tmp_path / "a.par", small_plane, POSES, assigned=small_plane.ids[:5])
+    text = path.read_text().replace("char holeId[28];", "int positionerId; char holeId[28];")
+    for k, id_ in enumerate(small_plane.ids):
+        for kind in ("FIBERMAP", "fibermap"):
+            text = text.replace(f"{kind} {id_} ", f"{kind} {100 + k} {id_} ")
+    path.write_text(text)
+    same, some, other = ([*range(100, 107)], [100, 999, *range(102, 107)], [*range(200, 207)])
+    targets = Targets.read(path)
+    assert targets.second_names == ("100", "101", "102", "103", "104")
+    assert not any("others than" in note for note in targets.solve(numbered(small_plane, same)).notes)
+    assert not any("others than" in note for note in targets.solve(small_plane).notes)
+    (note,) = [note for note in targets.solve(numbered(small_plane, some)).notes if "others than" in note]
+    assert note.endswith(f"others than in {small_plane.name}: {small_plane.ids[1]} is 101, now 999")
+    with pytest.raises(TargetError, match=r"5 of 5 positioners in .* are others than in .*; another array\?"):
+        targets.solve(numbered(small_plane, other))
+    assert Targets.read(path, prefer="angles").solve(numbered(small_plane, other)).notes
+    state = State.read(path, numbered(small_plane, some))
+    assert any("1 of 5 positioners" in note for note in state.notes)
+    with pytest.raises(ProblemError, match="5 of 5 positioners"):
+        State.read(path, numbered(small_plane, other))
+    targets.write(tmp_path / "again.ecsv")
+    assert Targets.read(tmp_path / "again.ecsv").second_names == targets.second_names
+
+
+def test_targets_that_no_positioner_can_have_are_lost_by_name(small_plane):
+    plane = small_plane.replace(aliases=("one", *[""] * 6))
+    ids = (plane.ids[0], "nobody", "one", plane.ids[2])
+    poses = np.radians([[20.0, 150.0], [1.0, 150.0], [30.0, 150.0], [40.0, 150.0]])
+    nowhere = [np.nan] * 4
+    targets = Targets(nowhere, nowhere, ids, angles=poses, priority=[1, 2, 3, 4], offline=("ghost", plane.ids[6]))
+    with pytest.raises(TargetError, match="no positioner 'nobody'"):
+        Problem.from_targets(plane, targets)
+    problem = Problem.from_targets(plane, targets, conflicts="drop")
+    assert np.flatnonzero(problem.has_goal).tolist() == [0, 2]
+    np.testing.assert_allclose(problem.goal[[0, 2]], poses[[0, 3]])
+    assert problem.priority[2] == 4
+    assert not problem.plane.online[6]
+    assert [text.split(" was left out: ")[1] for text in problem.left_out] == [
+        f"{plane.name} has no positioner 'nobody'; its target is lost",
+        f"positioner '{plane.ids[0]}' already has a target in row 1; its target is lost",
+    ]
+    assert any("no positioner 'ghost'" in note for note in problem.notes)
+    with pytest.raises(TargetError, match="no positioner 'x'"):
+        Problem.from_targets(plane, Targets([1.0], [1.0], ("x",)), conflicts="drop")

@@ -113,3 +113,14 @@ def test_a_configuration_without_rows(folder):
     path.write_text("\n".join(line for line in path.read_text().splitlines() if not line.startswith("FIBERMAP")))
     with pytest.raises(TargetError, match="FIBERMAP has no rows"):
         Targets.read(path)
+
+
+@pytest.mark.parametrize("name", ["gfaCoords.csv", "fiducialCoords.csv"])
+def test_what_is_no_table_of_places_is_refused_though_it_is_empty(folder, name):
+    """Headings alone say that there are none; a line of anything else says nothing."""
+    heading = (folder / name).read_text().splitlines()[0]
+    (folder / name).write_text(heading + "\n")
+    assert any(f"{name} has no rows" in note for note in FocalPlane.load(folder).notes)
+    (folder / name).write_text("garbage\n")
+    with pytest.raises(InstrumentError, match=name):
+        FocalPlane.load(folder)

@@ -84,3 +84,16 @@ def test_boxes_get_finer_where_coarse_ones_prove_nothing():
     """Two degrees lose 0.3 mm by an arm of 15 mm: a post that shuts by 0.1 mm takes the boxes of half a degree."""
     start, goal = np.array([[0.7, 0.0]]), np.array([-3.9, 0.0])
     assert proven_unreachable(walled(-0.15), 0, start, goal, 0.0)
+
+
+def test_outlines_without_a_radius_block_at_margin_zero():
+    """Such outlines are 0 mm apart at least: only their depth tells that they overlap all through a box."""
+    bar = Body(np.array([[0.0, -1.0], [10.0, -1.0], [10.0, 1.0], [0.0, 1.0]]), 0.0, closed=True)
+    ends = {"lower": np.array([[-5.0, 0.0]]), "upper": np.array([[1.7, 0.01]])}
+    square = np.array([[-1.5, -1.5], [1.5, -1.5], [1.5, 1.5], [-1.5, 1.5]])
+    start, goal = np.array([[0.7, 0.0]]), np.array([-3.9, 0.0])
+    for gap, closed in ((-0.4, True), (0.4, False)):
+        away = -(15.0 + 1.5 + gap)  # the bar is part of a stiff arm of 15 mm
+        posts = [Obstacle(n, square + [0.0, y], 0.0, closed=True) for n, y in (("near", 10.0), ("far", away))]
+        plane = make_plane([0, 0], [bar], posts, **ends)
+        assert proven_unreachable(plane, 0, start, goal, 0.0) == closed, gap

@@ -31,14 +31,14 @@ def array(data: Path, name: str) -> fp.FocalPlane:
 
 
 def field_to_field(seed: int, data: Path, name: str, margin: float) -> fp.Problem:
-    """From field to field"""
+    """From field to field."""
     plane = array(data, name)
     start, goal = (uniform_field(plane, FIRST + seed + k, margin) for k in (0, 1))
     return fp.Problem(plane, start, goal, margin)
 
 
 def offline(seed: int, data: Path, name: str, margin: float, extended: bool) -> fp.Problem:
-    """From field to field, ten drawn at random being offline"""
+    """From field to field, ten drawn at random being offline."""
     plane, rng = array(data, name), np.random.default_rng(seed)
     able = np.flatnonzero(plane.online)
     out = rng.choice(able, OFFLINE, replace=False)
@@ -53,7 +53,7 @@ def offline(seed: int, data: Path, name: str, margin: float, extended: bool) -> 
 
 
 def clustered(seed: int, data: Path, name: str, margin: float) -> fp.Problem:
-    """From a uniform field to one that is clustered as galaxies are"""
+    """From a uniform field to one that is clustered as galaxies are."""
     plane = array(data, name)
     targets = clustered_targets(plane, FIRST + seed, margin)
     return fp.Problem.from_targets(plane, targets, uniform_field(plane, FIRST + seed, margin), margin, conflicts="drop")
@@ -62,7 +62,8 @@ def clustered(seed: int, data: Path, name: str, margin: float) -> fp.Problem:
 def _scene(make, label: str, name: str, margin: float, **settings) -> Scene:
     made = partial(make, name=name, margin=margin, **settings)
     kind = ", extended any way" if settings.get("extended") else ""
-    made.__doc__ = f"{name}: {make.__doc__[0].lower()}{make.__doc__[1:]}{kind}, at a margin of {margin} mm."
+    text = make.__doc__.rstrip(".")
+    made.__doc__ = f"{name}: {text[0].lower()}{text[1:]}{kind}, at a margin of {margin} mm."
     where = ARRAYS[name]
     return Scene(f"{name}-{label}-{margin}", made, fields=MOVES, needs=where if "/" in where else None)
 

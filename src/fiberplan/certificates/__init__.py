@@ -4,13 +4,15 @@
 - `violations`: what motors cannot do: ranges, speeds, accelerations
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
+- `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable`, by flooding boxes of joint space
 """
 
+from fiberplan.certificates.guesses import needed_guesses
 from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
 from fiberplan.certificates.unreachable import proven_unreachable
 
-__all__ = ["Certificate", "Contact", "Opening", "ZoneEntry", "proven_unreachable", "verify"]
+__all__ = ["Certificate", "Contact", "Opening", "ZoneEntry", "needed_guesses", "proven_unreachable", "verify"]

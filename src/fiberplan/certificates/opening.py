@@ -4,7 +4,9 @@ It keeps the clearance that it begins with until it has the margin, and from the
 
 Clearance is signed here (`fiberplan.kernels.depth`), so that arms which overlap can be shown to come apart. The
 intervals of a motion are taken in the order of time. One is accepted if the margin holds in it, or, before that has
-happened for the first time, if the clearance of the beginning does.
+happened for the first time, if the clearance of the beginning does and the pair is shown to stay below the margin (by
+`OPENING`, which rounding takes, it may exceed it): else it could have the margin for a moment within the interval and
+lose it again.
 """
 
 from typing import NamedTuple
@@ -73,7 +75,7 @@ def _pad(path, i, j, t0, t1, jitter, error):
 
 @leaf
 def _signed_interval(arms, path, i, j, t0, t1, jitter, error):
-    """As `bisection.interval_bound`, of the signed clearance."""
+    """As `bisection.interval_bound`, of the signed clearance; last an upper bound of it over all of [t0, t1] [mm]."""
     t = 0.5 * (t0 + t1)
     if t >= t1:
         t = t0
@@ -93,16 +95,11 @@ def _signed_interval(arms, path, i, j, t0, t1, jitter, error):
     _, _, _, _, end_i = state(path, i, t1)
     _, _, _, _, end_j = state(path, j, t1)
     before, after = far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j
+    most = np.inf
     if before + after < np.inf:
         bound = max(bound, now - max(before, after) - ROUNDING)  # a depth, too, changes no faster than the arms move
-    return t, now - _pad(path, i, j, t, t, jitter, error), bound - _pad(path, i, j, t0, t1, jitter, error)
-
-
-@leaf
-def _has_margin(arms, path, i, j, t, margin):
-    a_i, b_i, _, _, _ = state(path, i, t)
-    a_j, b_j, _, _, _ = state(path, j, t)
-    return signed_clearance(arms, i, a_i, b_i, j, a_j, b_j) >= margin
+        most = now + max(before, after) + ROUNDING - _pad(path, i, j, t1, t0, jitter, error)  # what all moments have
+    return t, now - _pad(path, i, j, t, t, jitter, error), bound - _pad(path, i, j, t0, t1, jitter, error), most
 
 
 @leaf
@@ -120,20 +117,17 @@ def _opens(arms, path, i, j, margin, jitter, error, starts, ends):
             return first, reached, np.nan
         depth -= 1
         t0, t1 = starts[depth], ends[depth]
-        t, now, bound = _signed_interval(arms, path, i, j, t0, t1, jitter, error)
+        t, now, bound, most = _signed_interval(arms, path, i, j, t0, t1, jitter, error)
         if bound >= margin:
             reached = min(reached, t0)
             continue
         before = reached == np.inf
-        if before and bound >= floor and not (now >= margin):
-            late = _pad(path, i, j, t1, t1, jitter, error)
-            if not _has_margin(arms, path, i, j, t1, margin + late):
-                continue
         if not (now >= floor) or (not before and not (now >= margin)):
             return first, reached, t
-        if too_short(t0, t, t1, jitter) or now - bound <= 3.0 * ROUNDING:
-            if before and bound >= floor:
-                continue
+        holds, short = before and bound >= floor, too_short(t0, t, t1, jitter)
+        if holds and (short or most < margin + OPENING):
+            continue
+        if short or (not holds and now - bound <= 3.0 * ROUNDING):
             return first, reached, t
         if depth + 2 > len(starts):
             return first, reached, t

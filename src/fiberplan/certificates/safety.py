@@ -17,6 +17,7 @@ from fiberplan.certificates.violations import violations
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.drift import motion_bounds
+from fiberplan.focal_plane.geometry import Geometry, geometry_of
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.tolerances import OPENING
 
@@ -61,6 +62,7 @@ class Certificate(Frozen):
     zones: tuple[ZoneEntry, ...] = ()  #: zones of avoidance entered, one per positioner, by time
     opening: tuple[Opening, ...] = ()  #: pairs that begin nearer than the margin and are proven only to come apart
     assumptions: tuple[str, ...] = ()  #: what the proof rests on, in words; empty if nothing
+    geometry: Geometry | None = None  #: which arms, bodies and obstacles it is about; None: not said (older files)
 
     def __post_init__(self) -> None:
         for name, dtype in (("pairs", np.int64), ("clearance", float)):
@@ -176,6 +178,7 @@ def verify(
         zones=_zones(plane, path),
         opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
         assumptions=(*_assumptions(plane), *executed.assumptions),
+        geometry=geometry_of(plane),
     )
 
 

@@ -1,7 +1,8 @@
 """Proof that a positioner cannot get from start to goal past what never moves, whatever all others do.
 
 The joint ranges are tiled with boxes. A box is blocked if at its middle the arm is closer to something fixed than the
-margin by more than any body point can move within the box: then it is in contact everywhere in the box. A motion that
+margin by more than any body point can move within the box: then it is in contact everywhere in the box. Where it
+overlaps something its depth counts, so that also outlines without a radius are in contact, at any margin. A motion that
 stays clear passes only through boxes that are not blocked, each next to the one before; where those that can be come to
 from the start do not include the goal's, there is no such motion. Leaving everyone else out only makes room, so the
 proof stands for the whole field. That a proof is not found says nothing.
@@ -14,8 +15,8 @@ from fiberplan.arrays import number, read_only
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import motion
-from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
+from fiberplan.kernels.depth import signed_clearance
 from fiberplan.tolerances import ROUNDING
 
 _BOXES = np.radians([2.0, 0.5])  # widths that are tried in turn ...
@@ -31,7 +32,7 @@ def _blocked(arms, i, fixed, pose, low, width, count, margin):
         for b in range(count[1]):
             alpha, beta = low[0] + (a + 0.5) * width[0], low[1] + (b + 0.5) * width[1]
             for k in range(len(fixed)):
-                if clearance(arms, i, alpha, beta, fixed[k], pose[k, 0], pose[k, 1]) + within < margin:
+                if signed_clearance(arms, i, alpha, beta, fixed[k], pose[k, 0], pose[k, 1]) + within < margin:
                     out[a, b] = True
                     break
     return out

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.options import JsonOption, PlanArgument
+from fiberplan.cli.options import JsonOption, PlanArgument, no_option, number_or_option
 from fiberplan.cli.output import plan_output, refuse_unwritable, say, working
 from fiberplan.cli.report import assumptions, findings, lost_targets, plan_facts
 from fiberplan.errors import FiberplanError
@@ -15,9 +15,15 @@ from fiberplan.errors import FiberplanError
 
 def amend(
     plan: PlanArgument,
-    positioner: Annotated[str | None, typer.Argument(metavar="[ID]", help="Whose goal is changed.")] = None,
-    x: Annotated[float | None, typer.Argument(metavar="[X]", help="Where its fiber is to be (mm).")] = None,
-    y: Annotated[float | None, typer.Argument(metavar="[Y]", help="The same along y (mm).")] = None,
+    positioner: Annotated[
+        str | None, typer.Argument(metavar="[ID]", help="Whose goal is changed.", parser=no_option)
+    ] = None,
+    x: Annotated[
+        float | None, typer.Argument(metavar="[X]", help="Where its fiber is to be (mm).", parser=number_or_option)
+    ] = None,
+    y: Annotated[
+        float | None, typer.Argument(metavar="[Y]", help="The same along y (mm).", parser=number_or_option)
+    ] = None,
     angles: Annotated[
         tuple[float, float] | None,
         typer.Option(metavar="A B", help="Instead of X Y: commanded alpha and beta (deg)."),

@@ -1,5 +1,6 @@
 """``fiberplan instruments``: what is built in, and what an instrument is taken to be."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption
 from fiberplan.cli.output import say
+from fiberplan.cli.report import cautions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +56,8 @@ def instruments(
     plane = FocalPlane.load(name)
     if json:
         counts = {"positioners": plane.n, "online": int(plane.online.sum()), "bodies": len(plane.bodies)}
-        say_json({"name": plane.name, **counts, "facts": dict(facts(plane)), "ids": plane.ids, "notes": plane.notes})
+        said = {"notes": plane.notes, "assumptions": plane.assumptions, "cautions": list(cautions(plane, math.inf))}
+        say_json({"name": plane.name, **counts, "facts": dict(facts(plane)), "ids": plane.ids} | said)
         return
     table = Table(show_header=False, title=plane.name, title_justify="left")
     for what, value in facts(plane):
@@ -62,6 +65,10 @@ def instruments(
     say(table)
     for note in plane.notes:
         say(f"- {note}")
+    for text in plane.assumptions:
+        say(f"assumed: {text}")
+    for text in cautions(plane, math.inf):
+        say(f"note: {text}")
 
 
 def _entry(name: str, plane: "FocalPlane") -> dict[str, str | int]:
@@ -95,6 +102,8 @@ def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:
         shape = {1: "disc", 2: "capsule"}.get(body.points.shape[-2], "outline" if body.closed else "polyline")
         yield f"body '{body.name}'", f"{shape} on the {body.link} link, radius {_between(np.ravel(body.radius))} mm"
     yield "obstacles", str(len(plane.obstacles))
+    if plane.recommended_margin is not None:
+        yield "margin", f"{plane.recommended_margin:g} mm is recommended"
     yield "neighbour pairs", f"{len(plane.pairs)} that can come within {plane.pair_margin:g} mm of each other"
 
 

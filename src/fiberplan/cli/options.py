@@ -3,8 +3,33 @@
 from pathlib import Path
 from typing import Annotated
 
+import click
 import typer
 
 PlanArgument = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan written by `fiberplan plan`.")]
 SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random choice.", min=0, max=2**63 - 1)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer in JSON (mm, s, deg).")]
+
+
+def no_option(text: str) -> str:
+    """An argument of a command that lets options it does not know pass, since negative numbers look like such.
+
+    Raises:
+        click.NoSuchOption: it is an option all the same.
+    """
+    if text.startswith("--") or (text[:1] == "-" and text[1:2].isalpha()):
+        raise click.NoSuchOption(text)
+    return text
+
+
+def number_or_option(text: str) -> float:
+    """A number, negative or not.
+
+    Raises:
+        click.NoSuchOption: it is an option.
+        click.BadParameter: it is no number.
+    """
+    try:
+        return float(no_option(text))
+    except ValueError:
+        raise click.BadParameter(f"'{text}' is not a number") from None

@@ -74,6 +74,9 @@ def plan(
         Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
     ] = "larger",
     park_idle: Annotated[bool, typer.Option("--park-idle", help="Fold idle ones where no target is lost.")] = False,
+    park_at: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="A B", help="As --park-idle, at alpha and beta (deg).")
+    ] = None,
     prefer: Annotated[
         Prefer | None,
         typer.Option(help="Which counts where angles and x, y disagree; refused if not given."),
@@ -93,6 +96,8 @@ def plan(
     """
     refuse_unwritable(plan_output(output), page_output(page), inputs=(Path(instrument), targets, start, settings))
     with working("planning") as tell:
+        import numpy as np
+
         from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.plan.diagnosis import displaced
@@ -100,7 +105,7 @@ def plan(
         from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, assignments or (), settings)
-        plane, off = switched_off(FocalPlane.load(instrument), offline or ())
+        plane, off = switched_off(FocalPlane.load(instrument, conflicts), offline or ())
         leave = room(plane, margin, jitter, position_error)
         field = Targets.read(targets, priority_order, prefer, conflicts)
         problem = Problem.from_targets(
@@ -114,7 +119,9 @@ def plan(
         refuse_overlaps(problem)
 
         planning = partial(planned_by, chosen, deadline=deadline, tell=tell)
-        planned = plan_with_parking(planning, problem) if park_idle else planning(problem)
+        at = None if park_at is None else np.radians(park_at)
+        parks = park_idle or park_at is not None
+        planned = plan_with_parking(planning, problem, at) if parks else planning(problem)
         faults = planned.faults()
     with working("writing"):
         if output is not None:

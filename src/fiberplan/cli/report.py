@@ -61,9 +61,17 @@ def openings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
         yield f"opening: {first} and {second}: {what} and {when}"
 
 
+def about(certificate: "Certificate") -> Iterator[str]:
+    """Which geometry a proof is about, and with which margin."""
+    if certificate.geometry is not None:
+        yield f"about {certificate.geometry}; margin {certificate.margin:g} mm"
+
+
 def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
     """What a proof rests on: sizes and omissions, then who is only taken to stand where it is."""
-    guesses = plan.problem.assumptions
+    ids = plan.problem.plane.ids
+    places = {f"positioner '{ids[i]}' stands at": needed for i, needed in plan.needed_guesses.items()}
+    guesses = [text for text in plan.problem.assumptions if text.startswith(tuple(places))] if places else []
     for text in certificate.assumptions:
         if text not in guesses:
             yield f"assumed: {text}"
@@ -71,6 +79,9 @@ def assumptions(plan: "Plan", certificate: "Certificate") -> Iterator[str]:
         these = f"these {len(guesses)} stand where they are" if len(guesses) > 1 else "this one stands where it is"
         yield f"{'safe' if certificate.ok else 'judged'} if {these} taken to stand:"
         yield from (f"  {text}" for text in guesses)
+        free = [ids[i] for i, needed in plan.needed_guesses.items() if not needed]
+        if free and certificate.ok:
+            yield f"  of these the motion is safe wherever they stand: {', '.join(free)}"
 
 
 def unknown_facts(plan: "Plan") -> list[dict[str, Any]]:
@@ -81,6 +92,7 @@ def unknown_facts(plan: "Plan") -> list[dict[str, Any]]:
             "positioner": plane.ids[i],
             "alpha": math.degrees(plan.problem.start[i, 0]),
             "beta": math.degrees(plan.problem.start[i, 1]),
+            "needed": plan.needed_guesses[i],
         }
         for i in range(plane.n)
         if end.unknown[i]
@@ -151,6 +163,7 @@ def certificate_facts(plane: "FocalPlane", certificate: "Certificate") -> dict[s
             for pair in certificate.opening
         ],
         "assumptions": certificate.assumptions,
+        "geometry": None if certificate.geometry is None else asdict(certificate.geometry),
     }
 
 

@@ -51,7 +51,7 @@ def switched_off(plane: "FocalPlane", given: Sequence[str]) -> tuple["FocalPlane
 
 def _names(plane: "FocalPlane", text: str) -> list[str]:
     """What one --offline names: robots, or the robots that a file lists."""
-    from fiberplan.tables.table_reader import nearest, read_text
+    from fiberplan.tables.table_reader import nearest, read_table, read_text
 
     names = [name.strip() for name in text.split(",") if name.strip()]
     path = Path(text)
@@ -63,7 +63,14 @@ def _names(plane: "FocalPlane", text: str) -> list[str]:
             )
         return names
     found = []
-    for number, line in enumerate(read_text(path, FiberplanError), 1):
+    lines = read_text(path, FiberplanError)
+    if "," in (lines[0] if lines else "") and "positioner" in lines[0].lower().replace(" ", "").split(","):
+        table = read_table(path, FiberplanError)
+        for row, name in enumerate(table.names("positioner")):
+            if name not in plane.names:
+                raise table.fail(row, f"{plane.name} has no positioner '{name}'{nearest(name, plane.names)}")
+        return list(table.names("positioner"))
+    for number, line in enumerate(lines, 1):
         for name in line.partition("#")[0].replace(",", " ").split():
             if name not in plane.names and not (number == 1 and name.lower() == "positioner"):
                 close = nearest(name, plane.names)

@@ -9,6 +9,7 @@
 - `inverse_kinematics`: all joint angles within the ranges that bring a fiber to a point
 - `compiled_arms`: the focal plane as arrays for the kernels
 - `outliers`: robots whose values are far from the others'
+- `geometry`: which geometry a proof is about, as a name and a digest
 - `differences`: where two descriptions of an array differ; `drift`: how far arms get in a moment
 - `neighbours`: who could touch whom at a given margin
 """

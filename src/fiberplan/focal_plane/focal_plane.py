@@ -12,7 +12,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -384,13 +384,18 @@ class FocalPlane(Frozen):
         return clearances(self.arms, self.with_obstacles(angles), self.pairs)
 
     @staticmethod
-    def load(name_or_path: str | os.PathLike) -> "FocalPlane":
+    def load(name_or_path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> "FocalPlane":
         """A named instrument (see ``fiberplan instruments``), or one from a file or folder.
+
+        Args:
+            name_or_path: of the instrument.
+            conflicts: with "drop", a robot with a cell that cannot be used is offline, and named in notes and
+                assumptions, instead of the whole refused; of DESI's files.
 
         Raises:
             InstrumentError: no such instrument or file, or one that cannot be used.
         """
-        return io_function("load_focal_plane")(name_or_path)
+        return io_function("load_focal_plane")(name_or_path, conflicts)
 
     def write(self, path: str | os.PathLike) -> None:
         """Write the whole focal plane as FITS tables, which `load` reads back exactly.

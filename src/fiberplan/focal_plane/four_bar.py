@@ -22,9 +22,10 @@ from fiberplan.focal_plane.kinematics import Mounted
 from fiberplan.focal_plane.two_link import along, rotated
 from fiberplan.kernels.arms import BAR
 from fiberplan.kernels.four_bar import SINGULAR
-from fiberplan.tolerances import RANGE, ZONE
+from fiberplan.tolerances import ARRIVAL, ROUNDING, ZONE
 
-TOLERANCE = 1e-6  #: a point this far out of the reach of a circle is on its edge [mm]
+TOLERANCE = ARRIVAL  #: a point this far out of reach is taken to its edge: tables have three decimals [mm]
+_CIRCLE = 1e-6  # [mm] a rocker that is too short by this just reaches the probe's line
 _UNITS = {"spacing": "mm", "rocker": "mm", "shortest": "mm", "longest": "mm", "orientation": "rad"}
 
 
@@ -151,10 +152,10 @@ class FourBar(Frozen):
         # the angle at J1 in the triangle J1, J3, tip, by its half: accurate at both ends
         wide = (tip - away + length) * (tip + away - length)
         near = (away + length - tip) * (away + length + tip)
-        edge = TOLERANCE * (away + length + tip)
+        missed = np.maximum(np.maximum(away - (length + tip), np.abs(length - tip) - away), 0.0)
         with np.errstate(invalid="ignore"):
             gamma = 2.0 * np.arctan2(np.sqrt(np.maximum(wide, 0.0)), np.sqrt(np.maximum(near, 0.0)))
-            gamma = np.where((wide >= -edge) & (near >= -edge) & (away > 0.0), gamma, np.nan)
+            gamma = np.where((missed <= TOLERANCE) & (away > 0.0), gamma, np.nan)
         first = np.arctan2(y, x)[:, None] + np.stack([gamma, -gamma], axis=1)  # (m, 2)
         j3x, j3y = length[:, None] * np.cos(first), length[:, None] * np.sin(first)
         lean = np.arctan2(y[:, None] - j3y, x[:, None] - j3x) - np.arctan2(offset[:, 1], offset[:, 0])[:, None]
@@ -162,7 +163,7 @@ class FourBar(Frozen):
         spacing, rocker = self.spacing[who, None], self.rocker[who, None]
         forward = (spacing - j3x) * ux - j3y * uy  # of J2, from J3
         across = (spacing - j3x) * uy + j3y * ux
-        half = np.sqrt(np.where(np.abs(across) <= rocker + TOLERANCE, np.maximum(rocker**2 - across**2, 0.0), np.nan))
+        half = np.sqrt(np.where(np.abs(across) <= rocker + _CIRCLE, np.maximum(rocker**2 - across**2, 0.0), np.nan))
         slider = np.stack([forward + half, forward - half], axis=2)  # (m, 2, 2)
         j4x, j4y = j3x[:, :, None] + slider * ux[:, :, None], j3y[:, :, None] + slider * uy[:, :, None]
         second = np.arctan2(j4y, spacing[:, :, None] - j4x)
@@ -172,7 +173,16 @@ class FourBar(Frozen):
         good = (slider >= low) & (slider <= high) & ~same
         angles = np.stack([np.broadcast_to(first[:, :, None], second.shape), second], axis=-1)
         angles = np.where(good[..., None], angles - plane.zero[who, None, None], np.nan)
-        return angles.reshape(len(who), 4, 2), np.full(len(who), RANGE)
+        left = np.maximum(TOLERANCE - missed, ROUNDING)
+        return angles.reshape(len(who), 4, 2), left / self.levers(plane, who, offset).sum(axis=1)
+
+    def levers(self, plane: Mounted, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Bounds (m, 2) [mm/rad]: a crank moves its end of the probe, which turns about the other end, J3 or J4.
+
+        The probe turns by what that end moves over the slider's length, which is the shortest at worst.
+        """
+        tip, length, shortest = np.hypot(offset[:, 0], offset[:, 1]), plane.length[who], self.shortest[who]
+        return np.stack([length * (1.0 + tip / shortest), tip * self.rocker[who] / shortest], axis=1)
 
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
         """Angles (len(who), 2) [rad] uniform over the joint ranges, outside the zone of avoidance, tip in the field."""

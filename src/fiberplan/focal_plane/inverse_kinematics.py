@@ -3,6 +3,7 @@
 import numpy as np
 
 from fiberplan.focal_plane.focal_plane import FocalPlane
+from fiberplan.tolerances import RANGE
 
 TURN = 2 * np.pi
 
@@ -35,13 +36,18 @@ def solutions(
 
 
 def _turns(angle: np.ndarray, lower: np.ndarray, upper: np.ndarray, slack: np.ndarray) -> np.ndarray:
-    """`angle` (m, 2) plus every number of turns that lands in its range: (m, 2, k), NaN-padded."""
+    """`angle` (m, 2) plus every number of turns that lands in its range: (m, 2, k), NaN-padded.
+
+    Where none does, those that are out of it by `slack` (m,) at most are taken to its end.
+    """
     lower, upper, slack = lower[:, None], upper[:, None], slack[:, None]
     start = lower - slack
     lowest = start + np.mod(angle - start, TURN)
     most = int(np.max((upper - lower + 2 * slack) // TURN, initial=0.0))
     found = lowest[:, :, None] + TURN * np.arange(most + 1)
     inside = found <= (upper + slack)[:, :, None]
+    truly = inside & (found >= (lower - RANGE)[:, :, None]) & (found <= (upper + RANGE)[:, :, None])
+    inside &= truly | ~truly.any(axis=2, keepdims=True)
     return np.where(inside, np.clip(found, lower[:, :, None], upper[:, :, None]), np.nan)
 
 

@@ -118,6 +118,10 @@ class Kinematics(Protocol):
         """
         ...
 
+    def levers(self, plane: Mounted, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Bounds (m, 2) on how far fibers at `offset` (m, 2) [mm] move for each radian of each joint [mm/rad]."""
+        ...
+
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
         """Random configurations (len(who), 2) [rad] that are allowed."""
         ...

@@ -113,7 +113,12 @@ class TwoLink:
         alpha = np.where(on_axis[:, None], plane.folded[who, 0, None], alpha)
         angles = np.where(allowed[..., None], np.stack([alpha, beta], axis=-1), np.nan)
         left = np.maximum(TOLERANCE - np.max(missed, axis=1, initial=0.0, where=~np.isnan(missed)), ROUNDING)
-        return angles, left / np.fmax(length[:, 0] + 2.0 * arm[:, 0], TOLERANCE)
+        return angles, left / np.fmax(self.levers(plane, who, offset).sum(axis=1), TOLERANCE)
+
+    def levers(self, plane: Mounted, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """How far fibers are from either axis at most (m, 2) [mm/rad]."""
+        arm = np.hypot(offset[:, 0], offset[:, 1])
+        return np.stack([plane.length[who] + arm, arm], axis=1)
 
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
         """Configurations (len(who), 2) [rad] whose fibers are uniform over each patrol annulus.

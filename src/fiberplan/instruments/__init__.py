@@ -8,7 +8,7 @@
 - `sdss`, `sdss_targets`, `sdss_states`: calibration folders of SDSS-V, and its record of a configuration: what was
   asked for, and where robots stand
 - `moons`, `moons_zones`, `moons_targets`: configuration files of the MOONS prototype, its zones and its fields
-- `desi`, `desi_outlines`: focal-plane files of DESI, and what can touch there
+- `desi`, `desi_outlines`, `desi_mending`: focal-plane files of DESI, what can touch there, rows with bad cells
 - `pfs`: fiber map, fiducials, black dots and measured cobras of PFS
 - `robot_table`: a table with a row for each robot
 

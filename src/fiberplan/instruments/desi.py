@@ -8,12 +8,13 @@ are within a millimetre of the curved one's. Outlines are described at `fiberpla
 
 import os
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.instruments.desi_mending import mended
 from fiberplan.instruments.desi_outlines import Settings, find_settings, fixed_outlines, moving_outlines
 from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.ecsv import read_ecsv
@@ -69,17 +70,24 @@ def _accepts(path: Path) -> bool:
         return False
 
 
-@focal_plane_format("desi", "a fp-*.ecsv of DESI, or its folder", _accepts)
-def read_desi(path: str | os.PathLike) -> FocalPlane:
+def _usable(path: Path) -> FocalPlane:
+    return read_desi(path, "drop")
+
+
+@focal_plane_format("desi", "a fp-*.ecsv of DESI, or its folder", _accepts, _usable)
+def read_desi(path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
     """All petals that a focal-plane file has; `petal` is one of them.
 
-    A device that is classified as nonfunctional is offline and folded where the file says it stands.
+    A device that is classified as nonfunctional is offline and folded where the file says it stands. With "drop", so is
+    one of whose cells one cannot be used (`fiberplan.instruments.desi_mending`); each is named.
 
     Raises:
         InstrumentError: no such file, no collision settings beside it, or a value that cannot be used (file, line,
             column and value are named).
     """
     file, table = _devices(Path(path))
+    table, mendings = mended(table, 2.0 * STOPS) if conflicts == "drop" else (table, ())
+    _check_locations(table)
     settings = find_settings(file.parent)
     locations = table.texts("LOCATION")
     petals = table.numbers("PETAL_LOC").astype(int)
@@ -111,9 +119,9 @@ def read_desi(path: str | os.PathLike) -> FocalPlane:
         zero=offset + np.stack([turn, np.zeros(len(turn))], axis=1),
         online=online,
         name=f"desi-{file.stem}",
-        notes=(*_SOURCES, *notes),
+        notes=(*_SOURCES, *notes, *mendings),
         aliases=table.texts("DEVICE_ID") if "DEVICE_ID" in table else (),
-        assumptions=_ASSUMPTIONS,
+        assumptions=(*_ASSUMPTIONS, *mendings),
     )
 
 
@@ -124,6 +132,7 @@ def angles_of(path: str | os.PathLike) -> Angles:
         InstrumentError: as `read_desi`.
     """
     _, table = _devices(Path(path))
+    _check_locations(table)
     angles = _angles(table)
     return Angles(table.texts("LOCATION"), angles, np.isfinite(angles).all(axis=1))
 
@@ -155,11 +164,15 @@ def _devices(path: Path) -> tuple[Path, InputTable]:
         raise InstrumentError(f"{file}: no device has a LENGTH_R1")
     columns = {name: [cells[row] for row in moving] for name, cells in whole.columns.items()}
     table = InputTable(whole.source, columns, whole.units, tuple(whole.rows[row] for row in moving), InstrumentError)
+    return file, table
+
+
+def _check_locations(table: InputTable) -> None:
+    """Refuse a device that is not of the petal that it is said to be of."""
     petals = table.numbers("PETAL_LOC").tolist()
     for row, cell in enumerate(table.texts("LOCATION")):
         if not cell.isdigit() or int(cell) // 1000 != petals[row]:
             raise table.fail(row, f"LOCATION is '{cell}', expected 1000 times PETAL_LOC and DEVICE_LOC")
-    return file, table
 
 
 def _ranges(table: InputTable, phi_zero: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ of ``fiberplan.targets``. A function without arguments in ``fiberplan.instrument
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.registry import Registry
@@ -19,13 +19,19 @@ INSTRUMENTS: Registry[FileFormat[FocalPlane] | Callable[[], FocalPlane]] = Regis
 TARGET_FILES: Registry[ContentFormat[dict[str, Any]]] = Registry("format of targets", "fiberplan.targets")
 
 
-def focal_plane_format(
-    name: str, about: str, accepts: Callable[[Path], bool]
-) -> Callable[[Callable[[Path], FocalPlane]], Callable[[Path], FocalPlane]]:
-    """A decorator that registers a reader of focal planes."""
+_Reader = TypeVar("_Reader", bound=Callable[[Path], FocalPlane])
 
-    def registered(read: Callable[[Path], FocalPlane]) -> Callable[[Path], FocalPlane]:
-        INSTRUMENTS.register(name)(FileFormat(about, accepts, read))
+
+def focal_plane_format(
+    name: str,
+    about: str,
+    accepts: Callable[[Path], bool],
+    usable: Callable[[Path], FocalPlane] | None = None,
+) -> Callable[[_Reader], _Reader]:
+    """A decorator that registers a reader of focal planes; `usable` reads what it can of a file that is refused."""
+
+    def registered(read: _Reader) -> _Reader:
+        INSTRUMENTS.register(name)(FileFormat(about, accepts, read, usable))
         return read
 
     return registered

@@ -138,7 +138,7 @@ def _check_frames(holes: InputTable, hole: np.ndarray, x_axis: np.ndarray, y_axi
 
 def _fiducials(folder: Path, constants: dict) -> tuple[list[Obstacle], str]:
     """A disc for each fiducial, where it was measured; and what to say if there is none."""
-    table, why = _optional(folder / "fiducialCoords.csv")
+    table, why = _optional(folder / "fiducialCoords.csv", "holeID")
     if table is None:
         return [], f"no fiducials: {why}"
     centres = _vectors(table, "xWok", "yWok", "mm")
@@ -152,7 +152,7 @@ def _guide_cameras(folder: Path, constants: dict) -> tuple[list[Obstacle], str]:
     Their team keeps arms from lines at multiples of 60 deg from +y, whatever was measured of the cameras: each camera
     of the folder has the line that is nearest to it.
     """
-    table, why = _optional(folder / "gfaCoords.csv")
+    table, why = _optional(folder / "gfaCoords.csv", "id")
     if table is None:
         return [], f"no guide cameras: {why}"
     table.require("id")
@@ -167,9 +167,10 @@ def _guide_cameras(folder: Path, constants: dict) -> tuple[list[Obstacle], str]:
     return [Obstacle(f"guide camera {id_}", points, constants["guide_camera_radius"]) for id_, points in cameras], ""
 
 
-def _optional(path: Path) -> tuple[InputTable | None, str]:
-    """A table that a folder may lack or leave empty, or None and why."""
+def _optional(path: Path, key: str) -> tuple[InputTable | None, str]:
+    """A table of places that a folder may lack or leave empty, or None and why; what is no such table is refused."""
     if not path.exists():
         return None, f"the folder has no {path.name}"
     table = read_table(path, InstrumentError, allow_empty=True)
+    table.require(key, "xWok", "yWok")
     return (table, "") if len(table) else (None, f"{path.name} has no rows")

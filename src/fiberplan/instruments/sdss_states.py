@@ -18,6 +18,7 @@ class Standing(NamedTuple):
     rows: tuple[str, ...]  #: where the file says so
     angles: np.ndarray  #: (n, 2) commanded [rad]; NaN where the record has none that is valid
     disabled: np.ndarray  #: (n,) False in records without such a column
+    numbers: tuple[str, ...] | None  #: (n,) of the robots; None in records without such a column
 
 
 def standing(path: Path, content: bytes) -> Standing:
@@ -28,7 +29,8 @@ def standing(path: Path, content: bytes) -> Standing:
     """
     table = read_yanny(path, "FIBERMAP", ProblemError, content)
     table.require("holeId", "fiberType", "valid", "alpha", "beta")
-    holes, kinds = table.texts("holeId"), table.texts("fiberType")
+    holes, kinds = table.texts("holeId"), [kind.upper() for kind in table.texts("fiberType")]
+    numbers = table.texts("positionerId", blank="") if "positionerId" in table else None
     chosen: dict[str, int] = {}
     for row, hole in enumerate(holes):
         if hole not in chosen or kinds[row] == "METROLOGY":
@@ -45,4 +47,5 @@ def standing(path: Path, content: bytes) -> Standing:
         tuple(table.rows[row] for row in rows),
         np.radians(np.where(known[:, None], angles, np.nan)),
         disabled[rows],
+        None if numbers is None else tuple(numbers[row] for row in rows),
     )

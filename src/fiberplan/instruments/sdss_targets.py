@@ -44,6 +44,7 @@ def read_conf_summary(path: Path, content: bytes) -> dict[str, Any]:
     known = (valid != 0) & (alpha > _ABSENT) & (beta > _ABSENT)
     placed = (x > _ABSENT) & (y > _ABSENT)
     kept = rows[known]
+    numbers = table.texts("positionerId", blank="") if "positionerId" in table else ()
     assigned, notes = _assigned(table, fibers)
     disabled = _any_fiber(table, "disabled", fibers)
     return {
@@ -59,6 +60,7 @@ def read_conf_summary(path: Path, content: bytes) -> dict[str, Any]:
         "rows": tuple(table.rows[row] for row in kept),
         "notes": notes,
         "site": str(table.meta.get("observatory", "")),
+        "second_names": tuple(numbers[row] for row in kept) if numbers else None,
     }
 
 

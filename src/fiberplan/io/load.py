@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Literal
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
@@ -11,15 +12,20 @@ from fiberplan.instruments.formats import focal_plane_formats
 from fiberplan.tables.formats import format_of
 
 
-def load_focal_plane(name_or_path: str | os.PathLike) -> FocalPlane:
+def load_focal_plane(name_or_path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
     """A named instrument, or one from a file or folder; robots that are far from their kind are noted.
+
+    Args:
+        name_or_path: of the instrument.
+        conflicts: with "drop", a robot with a cell that cannot be used is offline, and named, where its format can say
+            so (DESI's).
 
     Raises:
         InstrumentError: no such instrument or file, or one that cannot be used; one line that names it.
     """
     path = Path(name_or_path)
     try:
-        return _noted(named(str(name_or_path)) if name_or_path in names() else _from_path(path))
+        return _noted(named(str(name_or_path)) if name_or_path in names() else _from_path(path, conflicts))
     except OSError as error:  # a name that no file can have, a folder that may not be looked into
         raise InstrumentError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
 
@@ -34,11 +40,11 @@ def _noted(plane: FocalPlane) -> FocalPlane:
     return plane.replace(notes=tuple(notes), assumptions=tuple(assumptions))
 
 
-def _from_path(path: Path) -> FocalPlane:
+def _from_path(path: Path, conflicts: str) -> FocalPlane:
     formats = focal_plane_formats()
     known = format_of(formats, path)
     if known is not None:
-        return known.read(path)
+        return known.usable(path) if conflicts == "drop" and known.usable is not None else known.read(path)
     if path.exists():
         what = "folder" if path.is_dir() else "file"
         wanted = "; ".join(each.about for each in formats.values())

@@ -15,6 +15,7 @@ from astropy.io import fits
 from fiberplan.certificates import Certificate, Contact, ZoneEntry
 from fiberplan.certificates.opening import Opening
 from fiberplan.errors import PlanError
+from fiberplan.focal_plane.geometry import Geometry
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Bound, Outcome, Plan
@@ -26,14 +27,13 @@ _SAID = {"planner": str, "parameters": dict, "seed": int, "timings": dict, "note
 
 
 def plan_hdus(plan: Plan) -> list[fits.BinTableHDU]:
-    """FOCALPLANE, POSITIONERS (with outcomes), BODIES, OBSTACLES, KNOTS, PROBLEM, CERTIFICATE, PARAMETERS."""
-    about, positioners, bodies, obstacles = plane_hdus(plan.problem.plane)
+    """The tables of the focal plane, POSITIONERS with outcomes, then KNOTS, PROBLEM, CERTIFICATE, PARAMETERS."""
+    about, positioners, *others = plane_hdus(plan.problem.plane)
     outcomes = table_hdu("", {"outcome": [outcome.name for outcome in plan.outcomes]})
     return [
         about,
         fits.BinTableHDU.from_columns(positioners.columns + outcomes.columns, name="POSITIONERS"),
-        bodies,
-        obstacles,
+        *others,
         _knots(plan.trajectory),
         _problem_table(plan),
         _proof_table(plan.certificate),
@@ -145,8 +145,11 @@ def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
         rows = np.flatnonzero(kind == which)
         return tuple(Contact((int(pair[k, 0]), int(pair[k, 1])), float(time[k]), float(clearance[k])) for k in rows)
 
+    said = scalars.get("geometry")  # files of earlier versions do not say
     return Certificate(
-        **scalars | {"assumptions": tuple(scalars.get("assumptions", ()))},
+        **scalars
+        | {"assumptions": tuple(scalars.get("assumptions", ()))}
+        | {"geometry": None if said is None else Geometry(**said | {"radii": _tuples(said["radii"])})},
         pairs=pair[kind == "pair"],
         clearance=clearance[kind == "pair"],
         obstacle_pairs=pair[kind == "obstacle"],
@@ -193,6 +196,7 @@ def _parameters(plan: Plan) -> dict[str, Any]:
             "jitter": proof.jitter,
             "position_error": proof.position_error,
             "assumptions": proof.assumptions,
+            "geometry": None if proof.geometry is None else dataclasses.asdict(proof.geometry),
         },
     }
 

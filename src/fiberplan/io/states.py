@@ -21,6 +21,7 @@ from fiberplan.instruments.sdss_states import standing
 from fiberplan.io.plan_file import is_plan, plan_from_bytes
 from fiberplan.plan import Plan
 from fiberplan.problem import State, Targets
+from fiberplan.problem.agreement import second_names_agree
 from fiberplan.tables.contents import plain_name, read_whole
 from fiberplan.tables.formats import content_format
 from fiberplan.tables.table_reader import InputTable, nearest, read_table
@@ -38,6 +39,7 @@ class _Rows(NamedTuple):
     position_error: np.ndarray | None = None  #: (k,) [mm]
     guessed: np.ndarray | None = None  #: (k,) whose angles are a guess
     why: str = "offline"  #: what they are who cannot move
+    numbers: Sequence[str] | None = None  #: (k,) what else the source calls them
 
 
 def read_state(source: object, plane: FocalPlane, at: float | None = None) -> State:
@@ -72,14 +74,17 @@ def _of_file(path: Path, plane: FocalPlane, at: float | None) -> _Rows:
             found = angles_of(path)
         except InstrumentError as error:
             raise ProblemError(str(error)) from None
-        return _Rows(found.ids, [f"LOCATION {id_}" for id_ in found.ids], found.angles)
+        here = [k for k, id_ in enumerate(found.ids) if id_ in plane.names] or list(range(len(found.ids)))
+        ids = [found.ids[k] for k in here]  # of one petal, or of all
+        return _Rows(ids, [f"LOCATION {id_}" for id_ in ids], found.angles[here])
     content = read_whole(path, ProblemError)
     if is_plan(content):
         return _of_plan(plan_from_bytes(content, path), at)
     if plain_name(path).suffix.lower() == ".par":
         _refuse_moment(path, at, "a record")
         record = standing(path, content)
-        return _Rows(record.ids, record.rows, record.angles, ~record.disabled, why="disabled, so offline,")
+        why = "disabled, so offline,"
+        return _Rows(record.ids, record.rows, record.angles, ~record.disabled, why=why, numbers=record.numbers)
     known = content_format(TARGET_FILES, path, content)
     if known is not None:
         _refuse_moment(path, at, "a field")
@@ -116,7 +121,7 @@ def _of_field(targets: Targets, plane: FocalPlane) -> _Rows:
 
 def _of_table(table: InputTable, at: float | None) -> _Rows:
     table.require("positioner", "alpha", "beta")
-    ids = table.texts("positioner")
+    ids = table.names("positioner")
     angles = np.stack([table.numbers(name, "rad", "deg", blank=np.nan) for name in ("alpha", "beta")], axis=1)
     if "time" in table:
         return _of_motion(table, ids, angles, at)
@@ -182,7 +187,10 @@ def _arranged(plane: FocalPlane, source: str, said: _Rows) -> State:
     lacking = np.isnan(angles).any(axis=1)
     angles[lacking] = plane.folded[lacking]
     online &= ~lacking
-    notes = []
+    try:
+        notes = list(second_names_agree(plane, list(rows), said.numbers, source))  # type: ignore[arg-type]
+    except TargetError as refusal:
+        raise ProblemError(str(refusal).partition("; another array?")[0]) from None
     if lacking.any():
         who = np.flatnonzero(lacking).tolist()
         notes.append(f"no angles in {source} for {_listed(plane, who)}: taken as offline and folded")

@@ -27,6 +27,7 @@ from fiberplan.tables.table_reader import InputTable, input_table, one_line, rea
 META = "fiberplan"  #: key of a table's meta data under which there is more about its targets
 _WITH_META = (".ecsv", ".txt", ".dat")  # written as ECSV, which keeps them
 _PLACES = (("x", "y"), ("alpha", "beta"))
+_COLUMNS = ("positioner", "x", "y", "alpha", "beta", "priority", "fiber", "parity", "assigned", "on_target", "disabled")
 _NOBODY = re.compile(r"(-\d+(\.0*)?|nan|none|null)?", re.IGNORECASE)  # names that name no positioner
 _PARITIES = {"right": 1.0, "left": -1.0, "any": 0.0, "": 0.0}
 
@@ -51,6 +52,7 @@ def read_columns(path: str | os.PathLike, drop: bool = False) -> dict[str, Any]:
 
 def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
     """The fields of `Targets`, of the rows that can be used."""
+    table.refuse_twins(*_COLUMNS)
     has_angles = "alpha" in table or "beta" in table
     if "x" in table or "y" in table or not has_angles:
         table.require("x", "y")
@@ -72,9 +74,18 @@ def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
             if name in table and np.isnan(values[row])
         ]
         faults.setdefault(row, " and ".join(missing[:2]))
+    for row in map(int, np.flatnonzero(np.isnan(angles[0]) != np.isnan(angles[1]))):
+        name = "alpha" if np.isnan(angles[0][row]) else "beta"
+        faults.setdefault(row, f"{name} is {table.said(name, row)}, and only the other angle is given")
     fields: dict[str, Any] = {"x": place[0], "y": place[1], "angles": np.stack(angles, axis=1)}
-    fields |= _optional(table, faults)
+    doubtful: dict[int, str] = {}
+    fields |= _optional(table, faults, doubtful if drop else None)
     remarks = _remarks(table)
+    remarks["notes"] += tuple(
+        f"{table.rows[row]} of {table.source}: {why}: taken as disabled" for row, why in doubtful.items()
+    )
+    if drop:
+        _only_first(table, fields.get("positioner"), faults)
     kept = np.array([row not in faults for row in range(len(table))], bool)
     if faults:
         remarks |= _left_out(table, faults, remarks["notes"], drop)
@@ -84,17 +95,29 @@ def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
     return fields | remarks | {"source": table.source, "rows": _rows(table.rows, kept)}
 
 
+def _only_first(table: InputTable, ids: tuple[str, ...] | None, faults: dict[int, str]) -> None:
+    """Put rows whose positioner has a target in an earlier row that can be used into `faults`."""
+    first: dict[str, int] = {}
+    for row, id_ in enumerate(ids or ()):
+        if row not in faults and (before := first.setdefault(id_, row)) != row:
+            faults[row] = f"positioner '{id_}' already has a target in {table.rows[before]}"
+
+
 def _rows(values: Any, kept: np.ndarray) -> Any:
     if isinstance(values, np.ndarray):
         return values[kept]
     return tuple(value for value, keep in zip(values, kept, strict=True) if keep)
 
 
-def _optional(table: InputTable, faults: dict[int, str]) -> dict[str, Any]:
-    """What a table may say of each target beside its place; rows that cannot be used are put into `faults`."""
+def _optional(table: InputTable, faults: dict[int, str], doubtful: dict[int, str] | None) -> dict[str, Any]:
+    """What a table may say of each target beside its place; rows that cannot be used are put into `faults`.
+
+    A robot of which it cannot be read whether it is disabled must not be moved: it is put into `doubtful`, if that is
+    given, else refused.
+    """
     fields: dict[str, Any] = {}
     if "positioner" in table:
-        fields["positioner"] = table.texts("positioner", blank="")
+        fields["positioner"] = table.names("positioner", blank="")
         for row, id_ in enumerate(fields["positioner"]):
             if _NOBODY.fullmatch(id_):
                 faults.setdefault(row, f"positioner is {id_ or 'empty'}")
@@ -102,11 +125,13 @@ def _optional(table: InputTable, faults: dict[int, str]) -> dict[str, Any]:
         fields["priority"] = table.numbers("priority", faults=faults)
     if "fiber" in table:
         fields["fiber"] = table.texts("fiber", blank="")
+    if "second_name" in table:
+        fields["second_names"] = table.texts("second_name", blank="")
     if "parity" in table:
-        fields["parity"] = _parity(table)
+        fields["parity"] = _parity(table, faults)
     for name, usual in (("assigned", True), ("on_target", True), ("disabled", False)):
         if name in table:
-            fields[name] = table.flags(name, blank=usual)
+            fields[name] = table.flags(name, usual, doubtful if name == "disabled" else faults)
     if "on_target" in fields:
         fields["assigned"] = fields.get("assigned", True) & fields.pop("on_target")
     if "base_x" in table and "base_y" in table:
@@ -207,6 +232,8 @@ def table_of(targets: Targets) -> QTable:
     columns["priority"] = targets.priority
     if targets.fiber is not None:
         columns["fiber"] = np.array(targets.fiber, str)
+    if targets.second_names is not None:
+        columns["second_name"] = np.array(targets.second_names, str)
     columns["parity"] = targets.parity.astype(np.int64)
     if not targets.assigned.all():
         columns["assigned"] = targets.assigned.astype(np.int64)
@@ -250,9 +277,12 @@ def _with_unit(table: QTable) -> list[str]:
     return [name for name in table.colnames if getattr(table[name], "unit", None) is not None]
 
 
-def _parity(table: InputTable) -> np.ndarray:
+def _parity(table: InputTable, faults: dict[int, str]) -> np.ndarray:
     """+1, -1 or 0, also as right, left or any."""
     words = [word.lower() for word in table.texts("parity", blank="any")]
     if all(word in _PARITIES for word in words):
         return np.array([_PARITIES[word] for word in words])
-    return table.numbers("parity", blank=0.0)
+    values = table.numbers("parity", blank=0.0, faults=faults)
+    for row in map(int, np.flatnonzero(~np.isin(values, (-1, 0, 1)))):
+        faults.setdefault(row, f"parity is {values[row]:g}, expected +1 (right), -1 (left) or 0 (either)")
+    return values

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiberplan.arrays import Frozen, FrozenDict, shortened
-from fiberplan.certificates import Certificate, verify
+from fiberplan.certificates import Certificate, needed_guesses, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
 from fiberplan.plan.bounds import Bound
@@ -147,6 +147,17 @@ class Plan(Frozen):
     def end(self) -> State:
         """Where everyone is in the end."""
         return self.state_at(self.makespan)
+
+    @cached_property
+    def needed_guesses(self) -> Mapping[int, bool]:
+        """Positioner whose place is a guess -> whether the proof needs it; False: it is safe wherever that stands."""
+        who = np.flatnonzero(self.end.unknown)
+        if not len(who):
+            return FrozenDict()
+        problem = self.problem
+        assert problem.position_error is not None  # set on construction
+        needed = needed_guesses(problem.plane, self.trajectory, problem.margin, who, problem.position_error)
+        return FrozenDict(zip(who.tolist(), needed.tolist(), strict=True))
 
     @property
     def kept(self) -> float:

@@ -1,4 +1,4 @@
-"""Folding whoever has no target, as far as that is safe and costs no target."""
+"""Parking whoever has no target, folded or elsewhere, as far as that is safe and costs no target."""
 
 import dataclasses
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from fiberplan.problem import Problem
 from fiberplan.tolerances import ARRIVAL
 
 
-def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem) -> Plan:
+def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem, at: np.ndarray | None = None) -> Plan:
     """The plan in which idle positioners go to folded as well; who could not be parked is named in a note.
 
     An idle positioner's outcome stays `NO_TARGET`. Where parking would cost a target, nobody is parked.
@@ -18,7 +18,9 @@ def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem) -> Plan
     Args:
         plan: of a planner.
         problem: idle are those that can move and of whom nothing is requested.
+        at: (2,) commanded angles to park at [rad] instead of folded.
     """
+    place = problem.plane.folded if at is None else np.tile(at, (problem.n, 1))
     idle = problem.plane.online & np.isnan(problem.requested[:, 0])
     idle[list(problem.dropped)] = False
     if not idle.any():
@@ -26,22 +28,23 @@ def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem) -> Plan
     assert problem.priority is not None  # set on construction
     parking = dataclasses.replace(
         problem,
-        goal=np.where(idle[:, None], problem.plane.folded, problem.goal),
+        goal=np.where(idle[:, None], place, problem.goal),
         priority=np.where(idle, 0.0, problem.priority),
         conflicts="drop",
     )
-    parked = _of_targets(plan(parking), problem, idle)
+    parked = _of_targets(plan(parking), problem, idle, place)
     if len(parked.lost) > len(problem.dropped) and (without := plan(problem)).kept > parked.kept:
         return dataclasses.replace(without, notes=(*without.notes, "nobody is parked: that would cost a target"))
     return parked
 
 
-def _of_targets(plan: Plan, problem: Problem, idle: np.ndarray) -> Plan:
+def _of_targets(plan: Plan, problem: Problem, idle: np.ndarray, place: np.ndarray) -> Plan:
     """The plan as one of the problem without parking, and a note of who is parked."""
     plane = problem.plane
-    away = np.linalg.norm(plane.fibers(plan.trajectory.end) - plane.fibers(plane.folded), axis=1)
+    away = np.linalg.norm(plane.fibers(plan.trajectory.end) - plane.fibers(place), axis=1)
     left = np.flatnonzero(idle & ~(away <= ARRIVAL))
-    notes = [f"parked: {int(idle.sum()) - len(left)} of {int(idle.sum())} without a target are folded"]
+    where = "folded" if np.array_equal(place, plane.folded) else "where they were sent"
+    notes = [f"parked: {int(idle.sum()) - len(left)} of {int(idle.sum())} without a target are {where}"]
     if len(left):
         notes.append("not parked: " + ", ".join(plane.ids[i] for i in left))
     return dataclasses.replace(

@@ -1,7 +1,8 @@
 """What is asked of a planner, validated before any planning.
 
 - `targets`: where fibers are wanted, and the joint angles that put them there
-- `agreement`: angles and positions of the same rows, compared
+- `agreement`: angles and positions of the same rows, and names of the same robots, compared; `left_out`: targets that
+  no positioner can have
 - `state`: where everyone stands, who can move, how well that is known; `guesses` and `resting`: where to stand when
   that is unknown, or when there is nowhere to go
 - `problem`: from where, to where, how far apart, what matters most; which goals are refused or dropped, and why

@@ -50,6 +50,35 @@ def distances(
     return np.where(np.isfinite(angles).all(axis=1), away, np.nan)
 
 
+def second_names_agree(
+    plane: FocalPlane, who: np.ndarray, given: Sequence[str] | None, source: str, accepted: bool = False
+) -> tuple[str, ...]:
+    """What to note of positioners that the source calls otherwise than `plane` does: others stand in their places.
+
+    Args:
+        plane: with second names, or without.
+        who: (m,) positioner of each row.
+        given: (m,) second names in the source, "" where it has none; None: it has none at all.
+        source: of the rows.
+        accepted: whether it was said that the source counts, whatever stands there now.
+
+    Raises:
+        TargetError: most are called otherwise: the source is of another array, and it was not accepted.
+    """
+    if given is None or not plane.aliases:
+        return ()
+    both = [(plane.ids[i], plane.aliases[i], name) for i, name in zip(who, given, strict=True) if name]
+    both = [each for each in both if each[1]]
+    other = [f"{id_} is {name}, now {alias}" for id_, alias, name in both if alias.lower() != name.lower()]
+    if not other:
+        return ()
+    said = f"{len(other)} of {len(both)} positioners in {source} are others than in {plane.name}"
+    if not accepted and 2 * len(other) > len(both):
+        raise TargetError(f"{said}: {other[0]}; another array? --prefer angles or --prefer xy takes them all the same")
+    more = f" and {len(other) - _LISTED} more" if len(other) > _LISTED else ""
+    return (f"{said}: {', '.join(other[:_LISTED])}{more}",)
+
+
 def agreement(away: np.ndarray, names: Sequence[str], source: str, plane: str, prefer: str | None) -> Agreement:
     """What to say of the distances (m,) [mm] between angles and positions of the same rows.
 

@@ -20,6 +20,7 @@ from fiberplan.kernels.depth import signed_clearances
 from fiberplan.problem.configuration_choice import clear_goals
 from fiberplan.problem.guesses import fitted
 from fiberplan.problem.least_cover import least_loss
+from fiberplan.problem.left_out import of_known_positioners
 from fiberplan.problem.state import State
 from fiberplan.problem.targets import Targets, refuse_unreachable
 from fiberplan.tolerances import EQUALITY, RANGE, START_RANGE
@@ -258,7 +259,8 @@ class Problem(Frozen):
             margin: clearance to keep at all times [mm].
             near_start: "open" lets pairs that begin nearer than the margin come apart first, "raise" refuses them.
             position_error: (n,) or shared: how far off each arm may be [mm].
-            conflicts: "drop" gives up targets that are out of reach, or touch something at rest, instead of refusing.
+            conflicts: "drop" gives up targets that are out of reach, touch something at rest, or are of positioners
+                that `plane` has not or that have one already, instead of refusing.
 
         Raises:
             TargetError: targets that name no positioner, or one that `plane` does not have; with "raise", targets out
@@ -266,6 +268,8 @@ class Problem(Frozen):
             ProblemError: as `Problem`; with "raise", two four-bar arms without configurations that do not touch.
         """
         margin = number(margin, "mm", "margin", ProblemError)
+        if conflicts == "drop":
+            targets = of_known_positioners(targets, plane)
         solution = targets.solve(plane)
         if conflicts != "drop":
             refuse_unreachable(plane, targets.source, solution)

@@ -17,7 +17,7 @@ from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import reach
-from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances
+from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances, second_names_agree
 from fiberplan.registry import io_function
 from fiberplan.tables.table_reader import nearest
 from fiberplan.tolerances import ARRIVAL
@@ -74,6 +74,7 @@ class Targets(Frozen):
     """(m,) True: the positioner cannot move from the angles of its row; False unless given."""
     left_out: tuple[str, ...] = ()  #: targets that were wanted and are in no row, a sentence each: they are lost
     site: str = ""  #: the observatory whose positioners these are, if the source says it
+    second_names: tuple[str, ...] | None = None  #: (m,) what else the source calls the positioners; "": nothing
 
     def __post_init__(self) -> None:
         m = np.size(self.x)
@@ -102,7 +103,7 @@ class Targets(Frozen):
         if self.base is not None and len(self.base) != m:
             raise TargetError(f"{self.source}: base has {len(self.base)} entries for {m} targets")
         object.__setattr__(self, "rows", self.rows or tuple(f"row {k + 1}" for k in range(m)))
-        for name in ("positioner", "fiber", "rows", "offline"):
+        for name in ("positioner", "fiber", "rows", "offline", "second_names"):
             if (value := getattr(self, name)) is not None:
                 value = texts(value, f"{self.source}: {name}", TargetError)
                 if name != "offline" and len(value) != m:
@@ -299,6 +300,7 @@ class Targets(Frozen):
         who = self.indices(plane)
         offset = self._offsets(plane, who)
         points = np.stack([self.x, self.y], axis=1)
+        renamed = second_names_agree(plane, who, self.second_names, self.source, bool(self.prefer))
         agreed, commanded = self._agreement(plane, who, points)
         if not plane.kinematics.has_parities and np.any(self.parity):
             row = int(np.argmax(self.parity != 0))
@@ -328,15 +330,15 @@ class Targets(Frozen):
             lacking=lacking,
             priority=read_only(priority),
             apart={int(who[r]): text for r, text in agreed.apart.items()},
-            notes=agreed.notes,
+            notes=(*renamed, *agreed.notes),
             named=agreed.named,
             wished=read_only(wished, bool),
         )
 
     def _within_range(self, plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
         """(m, 2) the angles [rad], at the end of a joint's range where that is within what counts as arrived."""
-        tip = np.fmax(np.hypot(offset[:, 0], offset[:, 1]), np.hypot(*plane.fiber[who].T))
-        lever = np.stack([plane.length[who] + tip, tip], axis=1)
+        far = np.hypot(*plane.fiber[who].T) > np.hypot(*offset.T)
+        lever = plane.kinematics.levers(plane, who, np.where(far[:, None], plane.fiber[who], offset))
         clipped = np.clip(self.angles, plane.lower[who], plane.upper[who])
         near = (np.abs(clipped - self.angles) * lever).sum(axis=1) <= ARRIVAL
         return np.where(near[:, None], clipped, self.angles)

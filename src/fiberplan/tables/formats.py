@@ -21,6 +21,8 @@ class FileFormat(Generic[T]):
     about: str  #: what it is, for people
     accepts: Callable[[Path], bool]
     read: Callable[[Path], T]
+    usable: Callable[[Path], T] | None = None
+    """Reads what can be used, and names what cannot, where `read` refuses the whole; None: there is no such thing."""
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ _SEPARATED = {".csv", ".tsv", ".tab"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _HEADING = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*$")  # x [mm]
 _EMPTY = {"", "--", "null", "none", "n/a", "na", "masked"}  # what stands in a cell for no number
+_WHOLE = re.compile(r"^(\d+)\.0+$")
 _COMMENT = re.compile(r"#\s*([^:]+?)\s*:\s*(\S.*?)\s*$")  # # x: mm
 
 
@@ -61,6 +62,13 @@ class InputTable:
         """The cells of a column that exists, as they are."""
         return self.columns[self._known(name) or name]
 
+    def refuse_twins(self, *names: str) -> None:
+        """Refuse a table in which two columns could be one of these: they may contradict each other."""
+        for name in names:
+            same = [known for known in self.columns if known.lower() == name.lower()]
+            if len(same) > 1:
+                raise self.error(f"{self.source}: columns {' and '.join(map(repr, same))} differ only in their case")
+
     def require(self, *names: str) -> None:
         """Refuse a table that lacks one of these columns."""
         for name in names:
@@ -83,6 +91,10 @@ class InputTable:
             if not cell and blank is None:
                 raise self.fail(row, f"{name} is empty")
         return tuple(cell or (blank or "") for cell in cells)
+
+    def names(self, name: str, blank: str | None = None) -> tuple[str, ...]:
+        """As `texts`, of a column of names: a number that a program wrote as 7.0 is 7."""
+        return tuple(_WHOLE.sub(r"\1", text) for text in self.texts(name, blank))
 
     def numbers(
         self,
@@ -116,18 +128,22 @@ class InputTable:
         factor = self._factor(name, unit, default or unit)
         return read_only(np.where(np.isnan(values), np.nan if blank is None else blank, values * factor))
 
-    def flags(self, name: str, blank: bool | None = None) -> np.ndarray:
+    def flags(self, name: str, blank: bool | None = None, faults: dict[int, str] | None = None) -> np.ndarray:
         """Cells that say true or false (also yes, no, 1, 0) as booleans (m,).
 
         Args:
             name: of a column that exists.
             blank: what an empty cell means; None refuses it.
+            faults: as in `numbers`; the value of such a cell is true.
         """
         values = np.empty(len(self), bool)
         for row, cell in enumerate(self.texts(name, None if blank is None else str(blank))):
             if cell.lower() not in _FLAGS:
-                raise self.fail(row, f"{name} is '{cell}', neither true nor false")
-            values[row] = _FLAGS[cell.lower()]
+                complaint = f"{name} is '{cell}', neither true nor false"
+                if faults is None:
+                    raise self.fail(row, complaint)
+                faults.setdefault(row, complaint)
+            values[row] = _FLAGS.get(cell.lower(), True)
         return read_only(values, bool)
 
     def said(self, name: str, row: int) -> str:

@@ -26,6 +26,7 @@ SCRIPTS = (
     "scene.js",
     "timeline.js",
     "panel.js",
+    "premises.js",
     "main.js",
 )
 

@@ -13,8 +13,8 @@ from fiberplan.certificates import Certificate, Contact
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import LINKS
 from fiberplan.focal_plane.four_bar import FourBar
-from fiberplan.plan import Plan
-from fiberplan.plan.diagnosis import Diagnosis, Reversals, Slow, diagnose
+from fiberplan.plan import Outcome, Plan
+from fiberplan.plan.diagnosis import Diagnosis, Reversals, Slow, cause, diagnose
 from fiberplan.visuals import style
 
 
@@ -28,7 +28,7 @@ def page_data(plan: Plan) -> dict[str, Any]:
     problem, plane, motion = plan.problem, plan.problem.plane, plan.trajectory
     names = list(style.OUTCOMES)
     smallest, partner = proven_clearance(plan)
-    diagnosis = diagnose(plan)
+    diagnosis, wished = diagnose(plan), np.asarray(problem.wished)
     return {
         "name": plane.name,
         "summary": str(plan),
@@ -41,6 +41,9 @@ def page_data(plan: Plan) -> dict[str, Any]:
         "notes": list(dict.fromkeys(map(str, (*plan.notes, *problem.notes, *plane.notes)))),
         "margin": problem.margin,
         "certificate": _certificate(plan, smallest, partner),
+        "lost": list(map(int, plan.lost)),
+        "arrived": int((~wished[plan.having(Outcome.ARRIVED)]).sum()),
+        "displaced": [{"positioner": int(i), "cause": cause(plan, int(i))} for i in plan.displaced],
         "outcomes": [
             {"key": style.css_name(o), "label": style.LABELS[o], "meaning": o.value, "lost": o in style.LOST}
             for o in names
@@ -128,6 +131,12 @@ def _certificate(plan: Plan, smallest: np.ndarray, partner: np.ndarray) -> dict[
         "undecided": [_contact(c) for c in certificate.undecided],
         "resting": [_contact(c) for c in certificate.resting],
         "violations": [*map(str, certificate.violations), *_zones(plan)],
+        "opening": [
+            {"pair": list(map(int, each.pair)), "time": _finite(each.time), "clearance": each.clearance}
+            for each in certificate.opening
+        ],
+        "geometry": None if certificate.geometry is None else str(certificate.geometry),
+        "assumptions": list(dict.fromkeys((*certificate.assumptions, *plan.problem.assumptions))),
         "faults": [fault for fault in plan.faults() if fault != str(certificate)],
     }
 

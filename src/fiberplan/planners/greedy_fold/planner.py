@@ -40,8 +40,8 @@ class GreedyFold:
         True, "pass over moves that a joint limit turns into nothing; as printed, they are taken"
     )
     relief: Literal["joint", "reverse", "replace", "none"] = setting("joint", "what to do in a deadlock")
-    """Fold the few that are stuck once more, past the others, or jointly after them (ours); reverse the ranking of one for a while (proposed
-    in the paper); give one another target and begin again (used there); nothing."""
+    """Fold the few that are stuck once more, past the others, or jointly after them (ours); reverse the ranking of one
+    for a while (proposed in the paper); give one another target and begin again (used there); nothing."""
     seed: int = 0  #: of the random choices of relief
 
     name = "greedy-fold"

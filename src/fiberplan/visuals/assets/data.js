@@ -25,7 +25,7 @@ for (const shape of [...plan.bodies, ...plan.obstacles]) {
 }
 
 const groups = plan.outcomes.map((_, o) => plan.ids.map((_, i) => i).filter((i) => plan.outcome[i] === o));
-const lost = groups.flatMap((members, o) => (plan.outcomes[o].lost ? members : []));
+const lost = groups.flat().filter((i) => plan.lost.includes(i) && plan.outcomes[plan.outcome[i]].lost);
 
 const outcomeOf = (i) => plan.outcomes[plan.outcome[i]];
 const blockersOf = (i) => plan.blockers[i] ?? [];

@@ -172,6 +172,8 @@ fillHeader();
 fillTrouble(actions);
 fillLegend(state, actions);
 fillLosses(actions);
+fillDisplaced(actions);
 fillDiagnosis(actions);
+fillPremises();
 fillAbout();
 redraw();

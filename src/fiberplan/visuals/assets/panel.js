@@ -34,7 +34,7 @@ function fillHeader() {
   fill("name", plan.name);
   fill("summary", plan.summary);
   fill("statement", [certificate.statement, ...certificate.faults].join(". ") + ".");
-  const arrived = groups[0].length, asked = arrived + lost.length;
+  const { arrived } = plan, asked = arrived + plan.lost.length;
   const figure = (name, value, unit, kind) => {
     const number = element("dd", {}, value, element("small", {}, unit));
     return element("div", kind ? { class: kind } : {}, element("dt", {}, name), number);
@@ -43,7 +43,7 @@ function fillHeader() {
   fill(
     "figures",
     figure("arrived", String(arrived), " of " + asked),
-    figure("lost", String(lost.length), "", lost.length ? "lost" : ""),
+    figure("lost", String(plan.lost.length), "", plan.lost.length ? "lost" : ""),
     figure("duration", plan.duration.toFixed(1), " s"),
     certificate.smallest !== null &&
       figure(least, proven(certificate.smallest).slice(0, -3), " mm", certificate.ok ? "" : "bad"),
@@ -124,7 +124,7 @@ function fillLosses(actions) {
   const offline = Object.keys(losses).map(Number).filter((i) => !lost.includes(i));
   fill(
     "losses",
-    element("h2", {}, `Lost targets (${lost.length})`),
+    element("h2", {}, `Lost targets (${plan.lost.length})`),
     ...(rows.length ? capped(rows) : [none]),
     chips("asked of positioners that cannot move", offline.slice(0, 100), actions),
   );

@@ -1,0 +1,106 @@
+"""Other instances of the kinds of trouble that were reported from the field, through the command line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.cli.app import run
+
+HEAD = "positioner,alpha,beta"
+GOOD = "R0C2,100,90"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Seven robots at 12 deg/s."""
+    monkeypatch.chdir(tmp_path)
+    fp.FocalPlane.hexagonal(1, 22.4, max_speed=np.radians(12.0), name="seven").write("seven.fits")
+
+
+def planned(capsys, text, *options):
+    """Exit code of `plan` on a table, and what it prints."""
+    Path("t.csv").write_text(text)
+    code = run(["plan", "seven.fits", "t.csv", "--margin", "0.8", *options])
+    return code, "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "said", "code"),
+    [
+        (f"{HEAD},parity", "R0C3,10,20,up", "parity is 'up', not a number; its target is lost", 1),
+        (f"{HEAD},parity", "R0C3,10,20,2", "parity is 2, expected +1", 1),
+        (f"{HEAD},assigned", "R0C3,10,20,maybe", "assigned is 'maybe', neither true nor false", 1),
+        (f"{HEAD},fiber", "R0C3,10,20,apogee", "seven has no fiber 'apogee'; it has fiber; its target is lost", 1),
+        (f"{HEAD},x,y", "R0C3,10,,5,5", "beta is empty, and only the other angle is given; its target is lost", 1),
+        (HEAD, "unassigned,10,20", "seven has no positioner 'unassigned'", 1),
+        (HEAD, "R0C2,20,20", "positioner 'R0C2' already has a target in line 2", 1),
+        (HEAD, "R0C3,,", "alpha is empty and beta is empty", 0),
+    ],
+)
+def test_one_bad_row_is_dropped_by_name_and_the_rest_planned(capsys, head, row, said, code):
+    good = GOOD + "," * (head.count(",") - 2)
+    text = f"{head}\n{good}\n{row}\n"
+    refused, line = planned(capsys, text)
+    assert refused == 2
+    assert len(line.splitlines()) == 1
+    assert "line 3" in line
+    got, out = planned(capsys, text, "--conflicts", "drop")
+    assert got == code, out
+    assert out.startswith("1 of 1 arrived")
+    assert f"line 3 of t.csv was left out: {said}" in out
+
+
+def test_who_may_be_disabled_is_not_moved(capsys):
+    text = f"{HEAD},disabled\n{GOOD},0\nR0C3,200,120,maybe\n"
+    refused, line = planned(capsys, text)
+    assert refused == 2
+    assert "line 3: disabled is 'maybe'" in line
+    code, out = planned(capsys, text, "--conflicts", "drop", "-o", "p.fits")
+    assert code == 0
+    assert "line 3 of t.csv: disabled is 'maybe', neither true nor false: taken as disabled" in out
+    plan = fp.Plan.read("p.fits")
+    np.testing.assert_allclose(np.degrees(plan["R0C3"].start), [200, 120])
+    assert plan["R0C3"].outcome is fp.Outcome.OFFLINE
+
+
+def test_two_columns_that_differ_only_in_case_are_refused(capsys):
+    code, line = planned(capsys, f"{HEAD},Alpha\n{GOOD},5\n")
+    assert code == 2
+    assert "columns 'alpha' and 'Alpha' differ only in their case" in line
+
+
+def test_a_row_that_disagrees_is_no_robot_of_unknown_place(capsys):
+    """What a plan says of rows whose angles and place disagree stands apart from what it says of guesses."""
+    plane = fp.FocalPlane.load("seven.fits")
+    x, y = plane.fibers(np.radians(np.tile([100.0, 90.0], (7, 1)))).T
+    x[plane.index["R0C3"]] += 3.0
+    text = f"{HEAD},x [cm],y [cm]\n"
+    text += "".join(f"{id_},100,90,{x[i] / 10},{y[i] / 10}\n" for i, id_ in enumerate(plane.ids) if id_[:2] == "R0")
+    code, out = planned(capsys, text)
+    assert code == 0
+    assert "assumed: angles and position disagree by more than 1 mm: R0C3 in line 4 3.000 mm" in out
+    assert "stands where it is taken to stand" not in out
+
+
+def test_a_table_says_who_is_offline(capsys):
+    Path("off.csv").write_text("positioner,why\nR0C3,broken\nR0C1,since yesterday\n")
+    code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", "off.csv")
+    assert code == 0
+    assert "offline, as --offline says: R0C1, R0C3" in out
+    Path("off.csv").write_text("positioner,why\nR0C9,broken\n")
+    code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", "off.csv")
+    assert code == 2
+    assert "off.csv: line 2: seven has no positioner 'R0C9'" in out
+
+
+def test_numbers_of_robots_may_be_written_as_floats(capsys):
+    """So a column of numbers comes out of a program in which one of them was missing."""
+    plane = fp.FocalPlane.load("seven.fits")
+    plane.replace(aliases=tuple(str(11 + k) for k in range(7))).write("seven.fits")
+    number = 11 + plane.index["R0C2"]
+    Path("seen.csv").write_text(f"{HEAD}\n" + "".join(f"{11 + k}.0,0,180\n" for k in range(7)))
+    code, out = planned(capsys, f"{HEAD}\n{number}.0,100,90\n", "--start", "seen.csv")
+    assert code == 0, out
+    assert out.startswith("1 of 1 arrived")
