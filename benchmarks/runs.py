@@ -35,6 +35,8 @@ class Run:
     dropped: int = 0  #: of no plan's doing: their goals touch something at rest, or are out of reach
     makespan: float = 0.0  #: [s]
     bound: float = 0.0  #: kinematic, of those that arrive [s]
+    need: float = 0.0  #: or what a pair, or one past what never moves, was found to need if that is more [s]
+    hub: bool = False  #: whether everybody went through the fold hub
     cpu: float = 0.0  #: of planning [s]
     wall: float = 0.0  #: [s]
     proof: float = 0.0  #: CPU of proving [s]
@@ -60,6 +62,11 @@ class Run:
         """Makespan over bound; None where nobody has to move."""
         return self.makespan / self.bound if self.planned and self.bound > 0 else None
 
+    @property
+    def over_need(self) -> float | None:
+        """Makespan over what somebody was found to need; None where nobody has to move."""
+        return self.makespan / self.need if self.planned and self.need > 0 else None
+
 
 def run(seed: int, problem: fp.Problem, planner: Planner) -> Run:
     """Plan one problem, and judge the plan."""
@@ -78,6 +85,8 @@ def run(seed: int, problem: fp.Problem, planner: Planner) -> Run:
         dropped=len(plan.having(fp.Outcome.DROPPED)),
         makespan=plan.makespan,
         bound=plan.lower_bound,
+        need=max(plan.lower_bound, *(b.seconds for b in plan.bounds), 0.0),
+        hub=any("fold hub" in note for note in plan.notes),
         cpu=cpu,
         wall=wall,
         proof=proof,
@@ -143,6 +152,7 @@ def summary(runs: list[Run]) -> dict[str, float | int | str | None]:
     """A row of the table: what became of all targets, and medians and worst over the fields."""
     plans = [r for r in runs if r.planned]
     ratios = [r.ratio for r in plans if r.ratio is not None]
+    needs = [r.over_need for r in plans if r.over_need is not None]
     clearances = [r.clearance for r in plans if r.clearance is not None]
     cpu = [r.cpu for r in plans]
 
@@ -158,6 +168,9 @@ def summary(runs: list[Run]) -> dict[str, float | int | str | None]:
         "dropped": total("dropped"),
         "over bound": statistics.median(ratios) if ratios else None,
         "worst": max(ratios, default=None),
+        "over need": statistics.median(needs) if needs else None,
+        "worst need": max(needs, default=None),
+        "hub": total("hub"),
         "CPU [s]": statistics.median(cpu) if cpu else None,
         "worst CPU": max(cpu, default=None),
         "knots": statistics.median(r.knots for r in plans) if plans else None,

@@ -221,8 +221,10 @@ def test_arms_that_cannot_move_do_not_count_for_clearance():
 
 def test_worst_and_median():
     done = run(0, decisive.aside(), fp.planners.GreedyFold(step=0.02))
-    runs = [replace(done, makespan=ratio * done.bound, cpu=ratio) for ratio in (1.0, 5.0, 2.0)]
+    runs = [replace(done, makespan=ratio * done.bound, cpu=ratio, need=done.bound) for ratio in (1.0, 5.0, 2.0)]
+    runs[1] = replace(runs[1], need=2.5 * done.bound, hub=True)
     row = summary(runs)
+    assert (row["over need"], row["worst need"], row["hub"]) == pytest.approx((2.0, 2.0, 1))
     assert (row["over bound"], row["worst"]) == pytest.approx((2.0, 5.0))
     assert (row["CPU [s]"], row["worst CPU"], row["fields"]) == (2.0, 5.0, 3)
 
