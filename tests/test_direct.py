@@ -281,7 +281,7 @@ def test_ctrl_c_at_any_moment(name, monkeypatch):
 
         with monkeypatch.context() as patched:
             patched.setattr(room, name, now)
-            plan = fp.planners.Direct().plan(problem)
+            plan = fp.planners.Direct(turn=15 * DEG).plan(problem)
         assert plan.interrupted == (next(calls) > moment)
         assert plan.faults() == []
         assert all(outcome in (Outcome.ARRIVED, Outcome.DEADLOCKED) for outcome in plan.outcomes)

@@ -166,13 +166,16 @@ class Paths:
         """Give positioners `who` (m,) finer lattices, if theirs are coarser; whether any has got one."""
         who = np.unique(who[~self.lattice.fixed[who]])
         who = who[self.fineness[who] < fineness]
-        if not len(who):
-            return False
+        if len(who):
+            self.change_fineness(who, np.full(len(who), fineness))
+        return len(who) > 0
+
+    def change_fineness(self, who: np.ndarray, fineness: np.ndarray) -> None:
+        """Give positioners `who` (m,) lattices of a `fineness` (m,), finer or coarser; their paths stay as they are."""
         self.fineness[who] = fineness
-        pace, start = np.tile(_PACES[fineness], (len(who), 1)), self.problem.start
+        pace, start = _PACES[fineness], self.problem.start
         self.lattice = refined(self.lattice, self.plane, who, pace, start, self.goal, self.duration, *self._spacing)
         self._forget(who)
-        return True
 
     def stop(self) -> None:
         """After an interrupt at any moment: as many steps as the paths have."""

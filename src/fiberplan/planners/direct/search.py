@@ -20,7 +20,8 @@ _CHUNK = 50  # replans between two checks of the clock
 _PATIENCE = 100  # replans in which the contacts do not get fewer, before there are more steps
 _GROWTH = 0.03  # of the steps, the first time; as much more every time
 _CUT_PATIENCE = 100  # the same when a solution is made shorter,
-_LEAST_CUT_WORK = 1000  # for as much work as it took to find it, and at least this
+_CUTS = 8  # tries to make a solution shorter
+_LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this
 _LARGEST_CLUSTER = 4  # moved jointly
 _LONGER = 0.03  # joint paths may take this much longer than everyone has, times the square of how often all got stuck
 _MUCH_LONGER = 1.3  # a pair that needs so many times the steps there are is asked on finer lattices
@@ -80,10 +81,11 @@ class DirectSearch(Paths):
 
     def shorten(self, proceed: Callable[[], bool]) -> None:
         """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far."""
-        best, most = self.solution, self.work + max(self.work, _LEAST_CUT_WORK)
+        best, most, tries = self.solution, self.work + max(self.work, _LEAST_CUT_WORK), _CUTS
         cut = best.steps - self.least_steps
         try:
-            while cut >= 1 and self.work < most and proceed():
+            while cut >= 1 and tries and self.work < most and proceed():
+                tries -= 1
                 self.cut(best, best.steps - cut)
                 if self._cut_is_repaired(proceed):
                     best = self.solution
@@ -131,8 +133,13 @@ class DirectSearch(Paths):
         """Find how many steps a pair needs that cannot be moved jointly; give up one of its goals if too many."""
         arms = self.pairs[pair]
         need = self.needed_alone(pair)
-        if need != UNKNOWN and not 0 <= need <= _MUCH_LONGER * self.steps and self.refine(arms, FINE):
-            need = self.needed_alone(pair)
+        coarse = arms[self.fineness[arms] < FINE]
+        if need != UNKNOWN and not 0 <= need <= _MUCH_LONGER * self.steps and self.refine(coarse, FINE):
+            finer = self.needed_alone(pair)
+            if need >= 0 or not 0 <= finer <= self.most_steps:  # finer lattices take longer to search
+                self.change_fineness(coarse, np.zeros(len(coarse), np.int64))
+            elif finer >= 0:
+                need = finer
         self.search.needs[pair] = max(need, 1)  # not to be asked again
         if 0 <= need <= self.most_steps:
             if (self.fineness[arms] < ON_ITS_WAY).all():  # on ways, other paths may need less
