@@ -73,11 +73,8 @@ def _edge_is_clear(arms, i, passing, frames, moved, step, dt, limit, blame):
         gap = frames_clearance(arms, i, frame_i, j, frame_j)
         if gap - limit > mine + moved[k, step]:
             continue
-        if not (gap >= limit):
-            blame[k] += 1
-            return False
-        first = first_at(knots, passing.first[k], passing.last[k], knots[a].time)
-        if not clear_of(arms, knots, i, a, b, j, first, passing.last[k], limit, _MOST_SAMPLES):
+        first, last = first_at(knots, passing.first[k], passing.last[k], knots[a].time), passing.last[k]
+        if not (gap >= limit and clear_of(arms, knots, i, a, b, j, first, last, limit, _MOST_SAMPLES)):
             blame[k] += 1
             return False
     return True
@@ -149,6 +146,7 @@ def _is_new(closed, a, b, step):
 
 @leaf
 def _push(entries, heads, count, a, b, step, parent, total):
+    """Entry number `count`: a node to come to, whose path takes `total` steps at least."""
     entry = entries[count]
     entry.a, entry.b, entry.step, entry.parent, entry.next = a, b, step, parent, heads[total]
     heads[total] = count
@@ -156,10 +154,7 @@ def _push(entries, heads, count, a, b, step, parent, total):
 
 @kernel
 def search(arms, i, passing, alpha, beta, dt, steps, wait, limit, blame):
-    """Places (k, 2) of arm i after each step until it rests folded, or none; `blame` (m,) counts refusals.
-
-    It does not set out before step `wait`.
-    """
+    """Places (k, 2) of arm i from step `wait` on until it rests folded, or none; `blame` (m,) counts refusals."""
     frames = np.empty((len(passing.arm), steps + 1, 8))
     moved = np.empty((len(passing.arm), steps))
     _follow(arms, passing, dt, frames, moved)
@@ -194,17 +189,15 @@ def search(arms, i, passing, alpha, beta, dt, steps, wait, limit, blame):
             path = np.empty((step + 1, 2), np.int64)
             path[:, 0], path[:, 1] = alpha.place, beta.place
             while k >= 0:
-                path[entries[k].step, 0], path[entries[k].step, 1] = entries[k].a, entries[k].b
-                k = entries[k].parent
+                entry = entries[k]
+                path[entry.step, 0], path[entry.step, 1], k = entry.a, entry.b, entry.parent
             return path
         for rank in range(9):
             to_a, to_b = a + _AWAY[rank, 0] * (1 if a >= 0 else -1), b + _AWAY[rank, 1] * (1 if b >= 0 else -1)
-            if not (alpha.lower <= _angle(alpha, to_a) <= alpha.upper):
-                continue
-            if not (beta.lower <= _angle(beta, to_b) <= beta.upper):
-                continue
+            to_alpha, to_beta = _angle(alpha, to_a), _angle(beta, to_b)
+            within = alpha.lower <= to_alpha <= alpha.upper and beta.lower <= to_beta <= beta.upper
             most = max(step + 1 + max(abs(to_a), abs(to_b)), free)
-            if most <= steps:
+            if within and most <= steps:
                 _push(entries, heads, count, to_a, to_b, step + 1, k, most)
                 count += 1
     return np.empty((0, 2), np.int64)
