@@ -89,7 +89,7 @@ def test_instrument_to_a_folder_that_is_not_there(tmp_path):
         ("positioner,x,y,priority\nR0C2,10,5,-1\n", "line 2: priority is -1"),
         ("positioner,x,y,parity\nR0C2,10,5,up\n", "line 2: parity is 'up', not a number"),
         ("positioner,x,y,parity\nR0C2,10,5,2\n", "line 2: parity is 2"),
-        ("positioner,x,y,alpha,beta\nR0C2,10,5,90,\n", "line 2: alpha, beta are 90, nan deg"),
+        ("positioner,x,y,alpha,beta\nR0C2,10,5,90,\n", "line 2: beta is empty, and only the other angle is given"),
     ],
 )
 def test_bad_targets(tmp_path, text, message):

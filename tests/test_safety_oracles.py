@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fiberplan.certificates import Certificate, Contact, verify
-from fiberplan.certificates.safety import _worst
+from fiberplan.certificates.violations import _worst
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         ProblemError,
         TargetError,
         TrajectoryError,
+        UnprovenError,
     )
     from fiberplan.focal_plane import Body, FocalPlane, FourBar, Obstacle
     from fiberplan.motion import Trajectory
@@ -54,6 +55,7 @@ _HOME = {
     "Targets": "problem",
     "Trajectory": "motion",
     "TrajectoryError": "errors",
+    "UnprovenError": "errors",
     "ZoneEntry": "certificates",
     "amend": "planners",
     "diagnose": "plan",
@@ -87,6 +89,7 @@ __all__ = [
     "Targets",
     "Trajectory",
     "TrajectoryError",
+    "UnprovenError",
     "ZoneEntry",
     "amend",
     "diagnose",

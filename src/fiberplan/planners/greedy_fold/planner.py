@@ -13,6 +13,7 @@ import numpy as np
 from fiberplan.arrays import in_units
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.motion import Trajectory
 from fiberplan.plan import Plan
 from fiberplan.planners.greedy_fold.fold import RELIEFS, Folding
 from fiberplan.planners.greedy_fold.losses import Losses
@@ -21,6 +22,7 @@ from fiberplan.planners.shared.prepared import prepared
 from fiberplan.planners.shared.requirements import refuse_seed, require_two_links
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem import Problem
+from fiberplan.tolerances import SPEED
 
 _MOST_LOOPS = 100_000_000  # of a walk: hours; they are counted in 32 bits
 
@@ -94,6 +96,7 @@ class GreedyFold:
                 losses.give_up(out, back)
         walked = process_time()
         motion = straighten(problem.plane, out.trajectory.then(back.trajectory.reversed()), problem.margin, near)
+        motion = _slower_than_rounding(motion)
         done = process_time()
         return Plan(
             problem=problem,
@@ -121,3 +124,12 @@ class GreedyFold:
             self.relief,
             expendable,
         )
+
+
+def _slower_than_rounding(motion: Trajectory) -> Trajectory:
+    """The same motion, slower where times are so large that rounding them makes a joint faster than it can be."""
+    steps = np.diff(motion.times)[np.diff(motion.owner) == 0]
+    rounding = np.spacing(motion.duration) / steps.min(initial=np.inf)
+    if rounding <= SPEED:
+        return motion
+    return Trajectory(motion.offsets, motion.times * (1.0 + 4.0 * rounding), motion.angles)
