@@ -16,6 +16,7 @@ from fiberplan.planners.amending import rerouting
 from fiberplan.planners.direct import planner as direct_planner
 from fiberplan.planners.direct import search, untangle
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.planners.direct.settling import give_up_one_of
 from fiberplan.planners.greedy_fold import joint_relief
 from fiberplan.planners.shared import joint_paths
 from fiberplan.planners.shared.rrt_connect import joint_path
@@ -99,13 +100,13 @@ def test_those_who_only_get_there_together_are_searched_for_jointly():
     search = DirectSearch(problem, near, problem.goal, TURN, None, 3)
     search.begin()
     assert search.touching == 1
-    assert search._untangle(2, 2) == 0  # no path of so few steps
+    assert search._untangle(search.in_contact, 2, 2) == 0  # no path of so few steps
     steps = search.steps
-    assert search._untangle(2, 60) == 2
+    assert search._untangle(search.in_contact, 2, 60) == 2
     assert search.touching == 0
     assert search.steps > steps
     np.testing.assert_allclose(search.lattice.path[:2, -1], problem.goal)
-    search._give_up_for(0)
+    give_up_one_of(search, 0)
     assert search.given_up == {0: (1,)}
     assert np.isnan(search.goal[0]).all()
 

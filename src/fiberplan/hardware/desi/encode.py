@@ -19,9 +19,9 @@ from fiberplan.plan import Plan
 GEAR = (46 / 14 + 1) ** 4  #: turns of the motor a turn of the shaft
 TICK = 1 / 18000  #: [s]
 CRUISE_STEP, CREEP_STEP = 3.3, 0.1  #: [deg of the motor]
-RAMP = 673.2  #: that an axis turns while it comes to cruise, or to rest [deg of the motor]
+RAMP_TURN = 673.2  #: that an axis turns while it comes to cruise, or to rest [deg of the motor]
 CREEPS = 1526.4  #: turns up to this creep [deg of the motor]
-LINEAR_STEP, LINEAR_RAMP, LINEAR_SPEED = (
+LINEAR_STEP, LINEAR_RAMP_TURN, LINEAR_SPEED = (
     10.0,
     505.0,
     180_000.0,
@@ -31,7 +31,7 @@ BACKLASH = 3.0  #: by which the tail goes back, and forth in creep [deg]
 FORTH = (-1.0, 1.0)  #: direction of the last turn of theta and phi
 SLICE = 4.6  #: least turn of an axis in a row, so that it cruises [deg]
 MOST_SLICES = 6  #: rows that a piece of the plan becomes, at most
-ROW = 2 * RAMP / (CRUISE_STEP / TICK)  #: what a row takes longer than its turn at cruise speed [s]
+ROW = 2 * RAMP_TURN / (CRUISE_STEP / TICK)  #: what a row takes longer than its turn at cruise speed [s]
 
 Pair = tuple[float, float]
 
@@ -77,17 +77,17 @@ def turned(degrees: float, creeping: bool | None = None) -> _Turn:
     if size <= CREEPS if creeping is None else creeping:
         steps = round(size / CREEP_STEP)
         return _Turn(sign * steps, "creep", 2 * steps * TICK, -sign * steps * CREEP_STEP / GEAR)
-    steps = round((size - 2 * RAMP) / CRUISE_STEP)
-    time = (steps * CRUISE_STEP + 4 * RAMP) / (CRUISE_STEP / TICK)
-    return _Turn(sign * steps, "cruise", time, -sign * (steps * CRUISE_STEP + 2 * RAMP) / GEAR)
+    steps = round((size - 2 * RAMP_TURN) / CRUISE_STEP)
+    time = (steps * CRUISE_STEP + 4 * RAMP_TURN) / (CRUISE_STEP / TICK)
+    return _Turn(sign * steps, "cruise", time, -sign * (steps * CRUISE_STEP + 2 * RAMP_TURN) / GEAR)
 
 
 def turned_linear(degrees: float) -> _Turn:
     """A turn of a linear phi motor, of 3 deg at least; it has no creep."""
     size, sign = abs(degrees) * GEAR, -1 if degrees > 0 else 1
-    steps = max(0, round((size - 2 * LINEAR_RAMP) / LINEAR_STEP))
-    time = (steps * LINEAR_STEP + 4 * LINEAR_RAMP) / LINEAR_SPEED
-    return _Turn(sign * steps, "cruise", time, -sign * (steps * LINEAR_STEP + 2 * LINEAR_RAMP) / GEAR)
+    steps = max(0, round((size - 2 * LINEAR_RAMP_TURN) / LINEAR_STEP))
+    time = (steps * LINEAR_STEP + 4 * LINEAR_RAMP_TURN) / LINEAR_SPEED
+    return _Turn(sign * steps, "cruise", time, -sign * (steps * LINEAR_STEP + 2 * LINEAR_RAMP_TURN) / GEAR)
 
 
 def rows_of(moves: Iterable[Move], linear: bool = False, tail: bool = True, rest: Pair = (0.0, 0.0)) -> list[Row]:

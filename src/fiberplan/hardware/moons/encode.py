@@ -22,7 +22,7 @@ RANGES = ((-180.2, 159.0), (-179.3, 141.0))  #: of alpha and beta [deg]
 LEAST, MOST = 62, 250  #: steps in a segment, unless none
 FIRST = 69  #: steps in the first and last segment of a turn, at most
 CHANGE = 50  #: of steps from one segment to the next, at most
-_ROUNDING = 1e-9  # of a segment
+_SAME_SEGMENT = 1e-9  # of a segment
 
 
 class Waveform(NamedTuple):
@@ -44,7 +44,7 @@ def waveforms(plan: Plan) -> list[Waveform]:
         PlanError: what the driver refuses, by unit, motor and moment.
     """
     plane, motion = plan.problem.plane, plan.trajectory
-    count = math.ceil(motion.duration / SEGMENT - _ROUNDING)
+    count = math.ceil(motion.duration / SEGMENT - _SAME_SEGMENT)
     if count > MOST_SEGMENTS:
         raise PlanError(
             f"the motion takes {motion.duration:.3f} s, {count} segments; the driver takes {MOST_SEGMENTS} of "
