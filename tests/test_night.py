@@ -58,7 +58,7 @@ def test_a_robot_that_was_not_seen_is_offline_and_its_place_an_assumption(folder
     said = "  positioner 'R0C3' stands at alpha 0, beta 180 deg (its position is unknown)"
     for text in (out, told(capsys, 0, "verify", "p.fits"), told(capsys, 0, "diagnose", "p.fits")):
         assert f"safe if this one stands where it is taken to stand:\n{said}\n" in text
-    where = [{"positioner": "R0C3", "alpha": 0.0, "beta": pytest.approx(180.0)}]
+    where = [{"positioner": "R0C3", "alpha": 0.0, "beta": pytest.approx(180.0), "needed": True}]
     for command in ("verify", "diagnose"):
         assert json.loads(told(capsys, 0, command, "p.fits", "--json"))["unknown"] == where
     told(capsys, 0, "export", "p.fits", "--to", "motions", "-o", "m.ecsv")

@@ -1,3 +1,4 @@
+import copy
 import io
 
 import numpy as np
@@ -202,6 +203,7 @@ def test_a_failed_write_leaves_nothing_and_spoils_nothing(tmp_path, small_plan, 
 
 
 def test_parameters_that_json_cannot_hold_are_a_bug_not_a_loss(tmp_path, small_plan):
+    small_plan = copy.copy(small_plan)  # others have it, too
     object.__setattr__(small_plan, "parameters", {"what": object()})
     with pytest.raises(TypeError, match="cannot be stored"):
         small_plan.write(tmp_path / "plan.fits")

@@ -73,13 +73,11 @@ def plan(
     priority_order: Annotated[
         Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
     ] = "larger",
-    park_idle: Annotated[bool, typer.Option("--park-idle", help="Fold idle ones where no target is lost.")] = False,
-    park_at: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="A B", help="As --park-idle, at alpha and beta (deg).")
-    ] = None,
+    park_idle: Annotated[bool, typer.Option("--park-idle", help="Fold who has no target.")] = False,
+    park_at: Annotated[tuple[float, float] | None, typer.Option(metavar="A B", help="Park idle at A, B (deg).")] = None,
     prefer: Annotated[
         Prefer | None,
-        typer.Option(help="Which counts where angles and x, y disagree; refused if not given."),
+        typer.Option(help="Which counts where angles and x, y disagree."),
     ] = None,
     seed: SeedOption = 0,
     deadline: Annotated[

@@ -68,7 +68,9 @@ def verify(
         say(line, style="yellow")
     for note in notes:
         say(f"note: {note}")
-    for line in (*about(certificate), *openings(plane, certificate), *assumptions(read, certificate)):
+    for line in (*openings(plane, certificate), *assumptions(read, certificate)):
         say(line)
     say(str(certificate) if safe or not certificate.ok else "not as stated", style="green" if safe else "red")
+    for line in about(certificate):
+        say(line)
     raise typer.Exit(0 if safe else 1)
