@@ -61,20 +61,16 @@ def plan(
             autocompletion=setting_keys,
         ),
     ] = None,
-    settings: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Settings of the planner in TOML; --set goes before.")
-    ] = None,
+    settings: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings as TOML; --set goes before.")] = None,
     margin: Margin = None,
     jitter: Jitter = 0.0,
     position_error: PositionError = 0.0,
-    conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that touch or are out of reach, or drop them.")] = (
-        "raise"
-    ),
+    conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that cannot be, or drop them.")] = ("raise"),
     priority_order: Annotated[
         Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
     ] = "larger",
     park_idle: Annotated[bool, typer.Option("--park-idle", help="Fold who has no target.")] = False,
-    park_at: Annotated[tuple[float, float] | None, typer.Option(metavar="A B", help="Park idle at A, B (deg).")] = None,
+    park_at: Annotated[tuple[float, float] | None, typer.Option(metavar="A B", help="Park idle there (deg).")] = None,
     prefer: Annotated[
         Prefer | None,
         typer.Option(help="Which counts where angles and x, y disagree."),
