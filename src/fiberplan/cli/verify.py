@@ -70,7 +70,6 @@ def verify(
         say(f"note: {note}")
     for line in (*openings(plane, certificate), *assumptions(read, certificate)):
         say(line)
-    say(str(certificate) if safe or not certificate.ok else "not as stated", style="green" if safe else "red")
-    for line in about(certificate):
-        say(line)
+    verdict = str(certificate) if safe or not certificate.ok else "not as stated"
+    say("; ".join([verdict, *about(certificate)]), style="green" if safe else "red")
     raise typer.Exit(0 if safe else 1)
