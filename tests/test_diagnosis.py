@@ -10,6 +10,7 @@ import fiberplan as fp
 from fiberplan.cli.app import run
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.io.plan_tables import _bound
 from fiberplan.plan import Bound, Outcome, Plan
 from fiberplan.plan.diagnosis import diagnose, reversals
 from fiberplan.problem import Dropped
@@ -48,7 +49,7 @@ def a_plan(**changes):
     outcomes[LOST] = outcomes[UNREACHED] = Outcome.DROPPED
     outcomes[GIVEN_UP], outcomes[PROVEN], outcomes[OFFLINE] = Outcome.DEADLOCKED, Outcome.INFEASIBLE, Outcome.OFFLINE
     blockers = {GIVEN_UP: (6, -1), PROVEN: (3,)}
-    notes, bounds = ("a note",), (Bound((1, 2), 12.0), Bound((3,), 7.25, "fixed"))
+    notes, bounds = ("a note",), (Bound("pair", 12.0, (1, 2)), Bound("obstacle", 7.25, (3,)))
     return Plan(problem, motion, tuple(outcomes), "none", blockers=blockers, notes=notes, bounds=bounds, **changes)
 
 
@@ -134,11 +135,13 @@ def test_what_set_the_makespan(plan):
     assert found.bound_by.needed == pytest.approx(found.lower_bound) == 1.0
     assert found.pair_bounds == (
         "pair bound: R-1C2 and R0C1 need 12.0 s even alone (an estimate on a lattice, no proof)",
-        "fixed bound: R0C2 needs 7.2 s past what never moves (an estimate on a lattice, no proof)",
+        "obstacle bound: R0C2 needs 7.2 s past what never moves (an estimate on a lattice, no proof)",
     )
 
 
-@pytest.mark.parametrize("wrong", [((7,), 1.0), ((-1,), 1.0), ((), 1.0), ((0,), -1.0), ((0,), 1.0, "moon")])
+@pytest.mark.parametrize(
+    "wrong", [("pair", 1.0, (7,)), ("pair", 1.0, (-1,)), ("pair", 1.0, ()), ("pair", -1.0, (0,)), ("moon", 1.0, (0,))]
+)
 def test_bounds_that_make_no_sense(wrong):
     with pytest.raises(PlanError, match="bound"):
         dataclasses.replace(served(), bounds=(Bound(*wrong),))
@@ -257,3 +260,10 @@ def test_bad_input_is_one_line_and_exits_2(tmp_path, capsys, content, words):
         (line,) = err.splitlines()
         assert line.startswith(f"fiberplan: error: {path}")
         assert words in line.lower()
+
+
+def test_bounds_of_earlier_files_are_read():
+    """Kinds were causes once, and obstacles what is fixed."""
+    earlier = {"positioners": [3], "seconds": 7.25, "cause": "fixed", "proven": False}
+    assert _bound(earlier) == Bound("obstacle", 7.25, (3,))
+    assert _bound(earlier | {"cause": "pair"}).kind == "pair"

@@ -377,7 +377,7 @@ def test_past_a_fixed_arm_there_is_more_time():
     assert plan.outcomes == (Outcome.ARRIVED,)
     assert plan.makespan > 1.5 * plan.lower_bound
     (bound,) = plan.bounds
-    assert bound.cause == "fixed"
+    assert bound.kind == "obstacle"
     assert "past what never moves" in bound.said(plane)
 
 

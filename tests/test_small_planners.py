@@ -81,7 +81,7 @@ def test_direct_takes_two_past_each_other_in_the_time_that_they_need():
     plan = fp.planners.Direct(turn=np.radians(45.0)).plan(narrow_exchange())
     arrives(plan)
     (bound,) = plan.bounds
-    assert (bound.cause, bound.positioners) == ("pair", (0, 1))
+    assert (bound.kind, bound.positioners) == ("pair", (0, 1))
     assert plan.makespan == pytest.approx(bound.seconds)
     assert plan.makespan > 1.1 * plan.lower_bound
 

@@ -96,10 +96,7 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         blockers={i: tuple(others) for i, others in blockers if others is not None},
         timings=said["timings"],
         notes=tuple(said["notes"]),
-        bounds=tuple(
-            Bound(tuple(one["positioners"]), one["seconds"], one["cause"], one["proven"])
-            for one in said.get("bounds", ())
-        ),
+        bounds=tuple(map(_bound, said.get("bounds", ()))),
         interrupted=bool(said.get("interrupted", False)),
     )
 
@@ -199,6 +196,12 @@ def _parameters(plan: Plan) -> dict[str, Any]:
             "geometry": None if proof.geometry is None else dataclasses.asdict(proof.geometry),
         },
     }
+
+
+def _bound(said: dict[str, Any]) -> Bound:
+    """A bound as it was stored; what is an obstacle bound now was once said to have the cause "fixed"."""
+    kind = said["kind"] if "kind" in said else said["cause"].replace("fixed", "obstacle")
+    return Bound(kind, said["seconds"], tuple(said["positioners"]), said["proven"])
 
 
 def _plain(value: Any) -> Any:

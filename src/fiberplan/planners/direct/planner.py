@@ -185,11 +185,10 @@ def _bounds(search: DirectSearch) -> tuple[Bound, ...]:
     """What set the makespan, if the joints' speeds did not."""
     found = []
     if search.slowest_pair is not None:
-        first, second = search.slowest_pair
-        found.append(Bound((int(first), int(second)), float(search.duration * search.slowest_need)))
+        found.append(Bound("pair", float(search.duration * search.slowest_need), search.slowest_pair))
     if search.slowest_past_fixed is not None:
         seconds = float(search.duration * search.need_past_fixed)
-        found.append(Bound((int(search.slowest_past_fixed),), seconds, "fixed"))
+        found.append(Bound("obstacle", seconds, (search.slowest_past_fixed,)))
     return tuple(found)
 
 
