@@ -1,10 +1,10 @@
 """Direct: from any safe configuration straight to any other, by local search with soft conflicts (ours), line by line.
 
 Symbols: K steps of tau seconds; for each positioner a lattice of alpha nodes a, beta nodes b and steps k, on which one
-step turns a joint by one node at most, at full speed; w_p the weight of a pair p of neighbours (1 at first); C the
-pairs in contact. The ideas are those of MAPF-LNS2 (Li et al. 2022: repair by soft conflicts) and of breakout (Morris
-1993: a conflict that persists grows heavier). A set of beta nodes is one machine word. Where several configurations
-reach a target, `goals.goals_in_time` has chosen one: the quickest that touches no other goal.
+step turns a joint by a node or a few (its pace), at full speed; w_p the weight of a pair p of neighbours (1 at first);
+C the pairs in contact. The ideas are those of MAPF-LNS2 (Li et al. 2022: repair by soft conflicts) and of breakout
+(Morris 1993: a conflict that persists grows heavier). A set of beta nodes is one machine word. Where several
+configurations reach a target, `goals.goals_in_time` has chosen one: the quickest that touches no other goal.
 
 Algorithm                                                             here
 ---------------------------------------------------------------------------------------------------------------------

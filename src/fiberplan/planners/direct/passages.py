@@ -13,6 +13,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood, clearance_around
 from fiberplan.kernels.arms import motion
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.sweep import swept_clear
+from fiberplan.planners.direct.trim import in_parts
 from fiberplan.tolerances import UNDER_LIMIT
 
 _SPACINGS = np.radians((1.0, 0.5, 0.25))  # of the faster joint
@@ -150,8 +151,7 @@ def way_past_fixed(
 def _split(way: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """The same way with knots at most `spacing` (2,) apart [rad]."""
     counts = np.maximum(1, np.ceil((np.abs(np.diff(way, axis=0)) / spacing).max(axis=1) - 1e-9)).astype(int)
-    knots = np.concatenate([[0], np.cumsum(counts)])
-    return np.stack([np.interp(np.arange(knots[-1] + 1), knots, column) for column in way.T], axis=1)
+    return in_parts(way, counts)
 
 
 @kernel

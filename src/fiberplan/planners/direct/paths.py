@@ -179,9 +179,7 @@ class Paths:
 
     def stop(self) -> None:
         """After an interrupt at any moment: as many steps as the paths have."""
-        self.steps = self.lattice.steps
-        self._scratch = make_scratch(self.lattice)
-        self.update_contacts()
+        self.go_back_to(Solution(self.lattice.steps, self.lattice))
 
     def put_on(self, i: int, way: np.ndarray) -> None:
         """Let positioner i go a `way` (m, 2) [rad], step by step, and nowhere else."""

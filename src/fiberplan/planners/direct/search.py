@@ -19,12 +19,11 @@ from fiberplan.planners.direct.untangle import cluster_around, untangled
 _CHUNK = 50  # replans between two checks of the clock
 _PATIENCE = 100  # replans in which the contacts do not get fewer, before there are more steps
 _GROWTH = 0.03  # of the steps, the first time; as much more every time
-_CUT_PATIENCE = 100  # the same when a solution is made shorter,
-_CUTS = 8  # tries to make a solution shorter
-_LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this
+_CUTS = 8  # tries to make a solution shorter,
+_LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this,
+_CUT_PATIENCE = 100  # each given up like this
 _LARGEST_CLUSTER = 4  # moved jointly
 _LONGER = 0.03  # joint paths may take this much longer than everyone has, times the square of how often all got stuck
-_MUCH_LONGER = 1.3  # a pair that needs so many times the steps there are is asked on finer lattices
 _SECOND_WIND = 100  # replans for every goal given up
 
 
@@ -134,12 +133,12 @@ class DirectSearch(Paths):
         arms = self.pairs[pair]
         need = self.needed_alone(pair)
         coarse = arms[self.fineness[arms] < FINE]
-        if need != UNKNOWN and not 0 <= need <= _MUCH_LONGER * self.steps and self.refine(coarse, FINE):
+        if need < 0 and need != UNKNOWN and self.refine(coarse, FINE):
             finer = self.needed_alone(pair)
-            if need >= 0 or not 0 <= finer <= self.most_steps:  # finer lattices take longer to search
-                self.change_fineness(coarse, np.zeros(len(coarse), np.int64))
-            elif finer >= 0:
+            if 0 <= finer <= self.most_steps:
                 need = finer
+            else:  # finer lattices take longer to search, and do not help
+                self.change_fineness(coarse, np.zeros(len(coarse), np.int64))
         self.search.needs[pair] = max(need, 1)  # not to be asked again
         if 0 <= need <= self.most_steps:
             if (self.fineness[arms] < ON_ITS_WAY).all():  # on ways, other paths may need less

@@ -27,6 +27,13 @@ def _turning_points(path, steps, keep):
     return count
 
 
+def in_parts(knots: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Even moves between `knots` (m, ...) cut into `counts` (m - 1,) equal parts each (1 + sum of counts, ...)."""
+    at = np.concatenate([[0], np.cumsum(counts)])
+    columns = [np.interp(np.arange(at[-1] + 1), at, column) for column in knots.reshape(len(knots), -1).T]
+    return np.stack(columns, axis=1).reshape(-1, *knots.shape[1:])
+
+
 def as_trajectory(path: np.ndarray, duration: float) -> Trajectory:
     """Paths (n, steps + 1, 2) [rad] with steps of `duration` [s] as a trajectory."""
     n, steps = len(path), path.shape[1] - 1

@@ -11,6 +11,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct.lattice import Lattice
 from fiberplan.planners.direct.repair import Search
+from fiberplan.planners.direct.trim import in_parts
 from fiberplan.planners.shared.rrt_connect import joint_path
 from fiberplan.tolerances import UNDER_LIMIT
 
@@ -66,17 +67,9 @@ def untangled(
         path, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw, _NODES)
         if path is None:
             continue
-        stepwise = _in_steps(*path, duration)
+        times, angles = path
+        counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
+        stepwise = in_parts(angles, counts)  # a whole number of steps for every move
         if best is None or len(stepwise) < len(best):
             best = stepwise
     return best
-
-
-def _in_steps(times: np.ndarray, angles: np.ndarray, duration: float) -> np.ndarray:
-    """A path with knots at any `times` (m,) as one with a whole number of steps for every move (steps + 1, k, 2)."""
-    counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
-    knots = np.concatenate([[0], np.cumsum(counts)])
-    steps = np.arange(knots[-1] + 1)
-    flat = angles.reshape(len(times), -1)
-    columns = [np.interp(steps, knots, column) for column in flat.T]
-    return np.stack(columns, axis=1).reshape(len(steps), *angles.shape[1:])
