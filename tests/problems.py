@@ -9,6 +9,30 @@ from fiberplan.scenes import decisive
 from fiberplan.scenes.decisive import PITCH
 from fiberplan.scenes.uniform import uniform_field
 
+SEVEN_PLACES = """[grid]
+kind = "hexagonal"
+rings = 1
+pitch = 22.4
+"""  #: of an instrument file: where its positioners are
+ARM = """[arm]
+length = 7.4
+[fibers]
+fiber = [15.0, 0.0]
+[joints.alpha]
+lower = 0
+upper = 360
+folded = 0
+speed = 30
+[joints.beta]
+lower = 0
+upper = 180
+folded = 180
+speed = 20
+[[bodies]]
+points = [[0.0, 0.0], [15.0, 0.0]]
+radius = 1.5
+"""  #: and their arms
+
 
 def hexagon(rings=2, **changes):
     return fp.FocalPlane.hexagonal(rings, PITCH, **changes)

@@ -281,3 +281,15 @@ def varied_plane(rng, n=3, obstacles=True):
         length=rng.uniform(2.0, 9.0, n),
         zero=rng.uniform(-3, 3, (n, 2)),
     )
+
+
+def brute_pairs(position, reach, gap):
+    """Pairs (m, 2) of circles that come within `gap` of touching, all compared with all."""
+    near = np.linalg.norm(position[:, None] - position[None], axis=2) < reach[:, None] + reach[None] + gap
+    return np.argwhere(np.triu(near, 1))
+
+
+def brute_boxes(position, reach, box, gap):
+    """(circle, box) (m, 2) that come within `gap` of touching, all compared with all."""
+    outside = np.maximum(box[:, None, :2] - position[None], position[None] - box[:, None, 2:]).clip(min=0)
+    return np.argwhere(np.linalg.norm(outside, axis=2) < reach + gap)[:, ::-1]

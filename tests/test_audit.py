@@ -1,6 +1,7 @@
 """Audits of motions that others made: whatever the file, every contact is found, with time and pair."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -11,38 +12,10 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.hardware import sdss
 from fiberplan.hardware.audit import audit, read_motion
 from fiberplan.scenes.uniform import uniform_field
+from hardware import faulty, sampled_contacts
+from problems import ARM, SEVEN_PLACES
 
-SEVEN = """
-format = 1
-name = "seven"
-
-[grid]
-kind = "hexagonal"
-rings = 1
-pitch = 22.4
-
-[arm]
-length = 7.4
-
-[fibers]
-fiber = [15.0, 0.0]
-
-[joints.alpha]
-lower = 0.0
-upper = 360.0
-folded = 0.0
-speed = 12.0
-
-[joints.beta]
-lower = 0.0
-upper = 180.0
-folded = 180.0
-speed = 12.0
-
-[[bodies]]
-points = [[0.0, 0.0], [15.0, 0.0]]
-radius = 1.5
-"""
+SEVEN = 'format = 1\nname = "seven"\n' + SEVEN_PLACES + re.sub("speed = .*", "speed = 12", ARM)
 GOOD = {
     "R0C2": {"alpha": [[0.0, 1.0], [60.0, 6.0]], "beta": [[180.0, 1.0], [150.0, 4.0], [120.0, 7.0]]},
     "R0C3": {"alpha": [[0.0, 1.0], [200.0, 18.0]], "beta": [[180.0, 1.0], [150.0, 18.0]]},
@@ -190,32 +163,6 @@ def test_our_own_exports_are_safe_and_the_end_is_the_plans(tmp_path, planned, fo
     np.testing.assert_allclose(found.executed.trajectory.end, planned.trajectory.end, atol=2e-5)
 
 
-def sampled_contacts(plane, motion, margin, step=0.02):
-    """Pairs that a dense sampling sees below the margin: a witness that knows no proof."""
-    times = np.arange(0.0, motion.duration + step, step)
-    at = motion.sampled(times)
-    gaps = np.array([plane.clearance(np.ascontiguousarray(at[:, k])) for k in range(len(times))])
-    return {tuple(plane.pairs[k]) for k in np.flatnonzero((gaps < margin).any(axis=0))}
-
-
-def faulty(sent, rng):
-    """A trajectory with one fault: a knot moved, two robots exchanged, or a robot late."""
-    made = json.loads(json.dumps(sent))
-    first, second = rng.choice(list(made), 2, replace=False)
-    kind = rng.integers(3)
-    if kind == 0:
-        points = made[first][["alpha", "beta"][rng.integers(2)]]
-        points[rng.integers(len(points))][0] += float(rng.normal(0.0, 60.0))
-    elif kind == 1:
-        made[first], made[second] = made[second], made[first]
-    else:
-        late = float(rng.uniform(1.0, 15.0))
-        for points in made[first].values():
-            for point in points:
-                point[1] += late
-    return made
-
-
 def test_every_planted_contact_is_found(tmp_path, planned):
     plane, rng = planned.problem.plane, np.random.default_rng(0)
     sdss.write(planned, tmp_path / "m.json")
@@ -224,7 +171,7 @@ def test_every_planted_contact_is_found(tmp_path, planned):
     for _ in range(60):
         (tmp_path / "f.json").write_text(json.dumps(faulty(sent, rng)))
         found = audit(plane, tmp_path / "f.json", margin=0.75)
-        seen = sampled_contacts(plane, found.executed.trajectory, 0.75)
+        seen = sampled_contacts(plane, found.executed.trajectory, 0.75, 0.02)
         proven = {contact.pair for contact in found.certificate.contacts}
         assert seen <= proven
         touched += bool(seen)

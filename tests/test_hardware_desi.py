@@ -34,6 +34,13 @@ class Golden(NamedTuple):
         return Tables("M0", "line 2", self.linear, np.array(self.steps), cruise, times, pauses)
 
 
+def table_of(rows):
+    """What is read of rows as they are written, pauses aside."""
+    cruise = np.array([[mode == "cruise" for mode in row.mode] for row in rows])
+    steps, times = (np.array([getattr(row, name) for row in rows]) for name in ("steps", "time"))
+    return Tables("M0", "", False, steps, cruise, times, np.zeros(len(rows)))
+
+
 def golden_tables(node, where=""):
     if isinstance(node, list):
         for k, each in enumerate(node):
@@ -144,16 +151,7 @@ def test_a_table_of_two_moves_is_written_as_printed():
     assert [round(row.time, 6) for row in rows] == [0.193056, 0.107833, 1.124556, 1.126556]
     assert [row.pause for row in rows] == [500, 0, 0, 0]
     assert [row.mode for row in rows] == [("cruise", "cruise")] * 2 + [("creep", "creep")] * 2
-    cruise = np.array([[mode == "cruise" for mode in row.mode] for row in rows])
-    table = Tables(
-        "M0",
-        "",
-        False,
-        np.array([row.steps for row in rows]),
-        cruise,
-        np.array([row.time for row in rows]),
-        np.zeros(4),
-    )
+    table = table_of(rows)
     expected = [[30.00094, 20.003887], [15.005361, 30.00094], [18.005425, 27.000875], [15.000025, 30.00005]]
     np.testing.assert_allclose(table.net, expected, atol=5.1e-7, rtol=0)
 
@@ -221,16 +219,7 @@ def test_short_turns_wait_for_more_or_for_the_tail():
     assert rest == (0.0, 3.0)
     rows = rows_of(moves, rest=rest)
     assert rows[-2].steps[1] == 0 or rows[-2].mode[1] == "creep"
-    cruise = np.array([[mode == "cruise" for mode in row.mode] for row in rows])
-    table = Tables(
-        "M0",
-        "",
-        False,
-        np.array([r.steps for r in rows]),
-        cruise,
-        np.array([r.time for r in rows]),
-        np.zeros(len(rows)),
-    )
+    table = table_of(rows)
     np.testing.assert_allclose(table.net[-1], [60.0, 3.0], atol=2e-4)
 
 

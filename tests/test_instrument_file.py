@@ -12,30 +12,11 @@ from fiberplan import instruments
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.locate import Lines
+from problems import ARM
 
 pytestmark = pytest.mark.small
 
-ALL = """format = 1
-name = "mine"
-positioners = "mine.csv"
-[arm]
-length = 7.4
-[fibers]
-fiber = [15.0, 0.0]
-[joints.alpha]
-lower = 0
-upper = 360
-folded = 0
-speed = 30
-[joints.beta]
-lower = 0
-upper = 180
-folded = 180
-speed = 20
-[[bodies]]
-points = [[0.0, 0.0], [15.0, 0.0]]
-radius = 1.5
-"""
+ALL = 'format = 1\nname = "mine"\npositioners = "mine.csv"\n' + ARM
 
 
 @pytest.fixture

@@ -5,34 +5,11 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.instruments import names
+from problems import ARM, SEVEN_PLACES
 
 pytestmark = pytest.mark.small
 
-TOML = """
-format = 1
-name = "tiny"
-[grid]
-kind = "hexagonal"
-rings = 1
-pitch = 22.4
-[arm]
-length = 7.4
-[fibers]
-fiber = [15.0, 0.0]
-[joints.alpha]
-lower = 0
-upper = 360
-folded = 0
-speed = 30
-[joints.beta]
-lower = 0
-upper = 180
-folded = 180
-speed = 20
-[[bodies]]
-points = [[0.0, 0.0], [15.0, 0.0]]
-radius = 1.5
-"""
+TOML = '\nformat = 1\nname = "tiny"\n' + SEVEN_PLACES + ARM
 
 
 @pytest.mark.large

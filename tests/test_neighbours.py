@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearance_around, touching
 from fiberplan.kernels.clearance import clearance, clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_lists, neighbour_pairs, sort_into_cells
-from references import varied_plane
+from references import brute_boxes, brute_pairs, varied_plane
 
 WAYS = {
     "uniform": lambda rng, n: rng.uniform(0, 100, (n, 2)),
@@ -20,16 +20,6 @@ WAYS = {
     "all in one place": lambda rng, n: np.full((n, 2), 7.5),
     "on a grid": lambda rng, n: rng.integers(0, 9, (n, 2)) * 10.0,
 }
-
-
-def brute_pairs(position, reach, gap):
-    near = np.linalg.norm(position[:, None] - position[None], axis=2) < reach[:, None] + reach[None] + gap
-    return np.argwhere(np.triu(near, 1))
-
-
-def brute_boxes(position, reach, box, gap):
-    outside = np.maximum(box[:, None, :2] - position[None], position[None] - box[:, None, 2:]).clip(min=0)
-    return np.argwhere(np.linalg.norm(outside, axis=2) < reach + gap)[:, ::-1]
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)

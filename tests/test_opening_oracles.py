@@ -16,7 +16,7 @@ from references import four_bar_plane, make_plane, motion_of, sampled
 from test_clearance_oracles import mixed_plane
 from test_depth_oracles import whole
 from test_path_oracles import as_path
-from test_proof_oracles import LATE, fastest, scene, stack, travelled
+from test_proof_oracles import LATE, fastest, interval, scene, split_of, stack, travelled
 
 TIP = Body(np.array([[10.0, 0.0]]), 1.0)
 TIPPED = make_plane([0, 0], [TIP], [Obstacle("post", [[15.5, 0.0]], 1.0)])  # the tip is 15 mm from the base
@@ -200,18 +200,11 @@ def test_bound_of_depth_is_sound_and_as_sharp_as_derived():
 def test_bounds_over_intervals():
     rng, kinds, sharp = np.random.default_rng(0), [], 0
     for _ in range(40):
-        plane, motion, path = scene(rng)
-        i, j = (0, 1) if rng.random() < 0.6 else (int(rng.integers(2)), 2)
-        if rng.random() < 0.5:
-            i, j = j, i
-        t0 = rng.uniform(0, 6)
-        t1 = min(6.0, t0 + rng.choice([0.01, 0.3, 2.0]))
+        plane, motion, path, i, j, t0, t1 = interval(rng)
         t, now, bound, most = _signed_interval(plane.arms, path, i, j, t0, t1, 0.1, 0.25)
-        middle = 0.5 * (t0 + t1)
-        knots = np.concatenate([path.knots["time"][path.offsets[k] : path.offsets[k + 1]] for k in (i, j) if k < 2])
-        inside = knots[(knots > t0) & (knots < t1)]
+        at, inside = split_of(path, i, j, t0, t1)
         kinds.append(min(len(inside), 2))
-        assert t == (inside[np.argmin(np.abs(inside - middle))] if len(inside) else middle)
+        assert t == at
         angles = np.zeros((3, 2))
         angles[:2] = np.concatenate([sampled(motion, k, np.array([t])) for k in (0, 1)])
         gap = whole_any(plane, i, j, angles)

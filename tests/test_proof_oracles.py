@@ -39,6 +39,24 @@ def scene(rng, count=4):
     return plane, motion, as_path(plane, motion)
 
 
+def interval(rng):
+    """A scene, two of its arms or one and the post, and an interval of time."""
+    plane, motion, path = scene(rng)
+    i, j = (0, 1) if rng.random() < 0.6 else (int(rng.integers(2)), 2)
+    if rng.random() < 0.5:
+        i, j = j, i
+    t0 = rng.uniform(0, 6)
+    return plane, motion, path, i, j, t0, min(6.0, t0 + rng.choice([0.01, 0.3, 2.0]))
+
+
+def split_of(path, i, j, t0, t1):
+    """Where an interval is to be split, the knot nearest its middle or the middle, and its knots."""
+    middle = 0.5 * (t0 + t1)
+    knots = np.concatenate([path.knots["time"][path.offsets[k] : path.offsets[k + 1]] for k in (i, j) if k < 2])
+    inside = knots[(knots > t0) & (knots < t1)]
+    return inside[np.argmin(np.abs(inside - middle))] if len(inside) else middle, inside
+
+
 def fastest(path, arm, t0, t1):
     """Largest speed of an arm in the stretches that [t0, t1] touches [mm/s]."""
     if arm >= len(path.offsets) - 1:
@@ -57,19 +75,12 @@ def test_bounds_over_intervals():
     """The time is that of the knot nearest the middle, or the middle; the bound is the better one of the two orders."""
     rng, kinds = np.random.default_rng(0), []
     for _ in range(40):
-        plane, motion, path = scene(rng)
-        i, j = (0, 1) if rng.random() < 0.6 else (int(rng.integers(2)), 2)
-        if rng.random() < 0.5:
-            i, j = j, i
-        t0 = rng.uniform(0, 6)
-        t1 = min(6.0, t0 + rng.choice([0.01, 0.3, 2.0]))
+        plane, motion, path, i, j, t0, t1 = interval(rng)
         jitter, error = rng.choice([0.0, 0.1]), rng.choice([0.0, 0.25])
         t, now, bound = interval_bound(plane.arms, path, i, j, t0, t1, jitter, error)
-        middle = 0.5 * (t0 + t1)
-        knots = np.concatenate([path.knots["time"][path.offsets[k] : path.offsets[k + 1]] for k in (i, j) if k < 2])
-        inside = knots[(knots > t0) & (knots < t1)]
+        at, inside = split_of(path, i, j, t0, t1)
         kinds.append(min(len(inside), 2))
-        assert t == (inside[np.argmin(np.abs(inside - middle))] if len(inside) else middle)
+        assert t == at
         pads = [
             error + jitter * sum(fastest(path, k, a - jitter, b + jitter) for k in (i, j))
             for a, b in ((t, t), (t0, t1))

@@ -7,7 +7,7 @@
 """
 
 from fiberplan.arrays.digits import told_apart
-from fiberplan.arrays.door import in_units, number, read_only, texts
+from fiberplan.arrays.door import in_units, not_negative, number, read_only, texts
 from fiberplan.arrays.frozen import Frozen, FrozenDict, frozen, shortened
 from fiberplan.arrays.units import plain
 
@@ -16,6 +16,7 @@ __all__ = [
     "FrozenDict",
     "frozen",
     "in_units",
+    "not_negative",
     "number",
     "plain",
     "read_only",

@@ -66,6 +66,15 @@ def number(value: Any, unit: str, name: str, error: type[FiberplanError] = Fiber
         raise error(f"{name} must be one number{f' [{unit}]' if unit else ''}, got {shown}") from None
 
 
+def not_negative(value: Any, unit: str, name: str, error: type[FiberplanError] = FiberplanError) -> float:
+    """One finite number of 0 or more in `unit`, which is "mm" or "s"; as `number` otherwise."""
+    value = number(value, unit, name, error)
+    if not 0 <= value < np.inf:
+        kind = {"mm": "length", "s": "time"}[unit]
+        raise error(f"{name} must be a {kind} of 0 {unit} or more, got {value:g}")
+    return value
+
+
 def in_units(thing: Any, units: Mapping[str, str], error: type[FiberplanError]) -> None:
     """Give fields of a frozen dataclass the units that they are documented in; a field that is None stays None.
 

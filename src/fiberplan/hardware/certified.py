@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fiberplan.arrays import number
+from fiberplan.arrays import not_negative
 from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError, UnprovenError
 from fiberplan.hardware.controller import HandedOver
@@ -49,9 +49,7 @@ def hand_over(
         UnprovenError: the executed motion is not proven, or begins or ends elsewhere.
         PlanError: the file cannot be written.
     """
-    allowance = number(allowance, "mm", "allowance", PlanError)
-    if not 0 <= allowance < np.inf:
-        raise PlanError(f"allowance must be a length of 0 mm or more, got {allowance:g}")
+    allowance = not_negative(allowance, "mm", "allowance", PlanError)
     proven: list[HandedOver] = []
 
     def check(written: bytes) -> None:

@@ -11,7 +11,7 @@ from typing import overload
 
 import numpy as np
 
-from fiberplan.arrays import number, read_only
+from fiberplan.arrays import not_negative, read_only
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.two_link import TwoLink
@@ -71,9 +71,7 @@ def homing_groups(plane: FocalPlane, state: State | np.ndarray, margin: float = 
         raise ProblemError(
             f"homing_groups knows arms of two links, not the {plane.kinematics.name} arms of {plane.name}"
         )
-    margin = number(margin, "mm", "margin", ProblemError)
-    if not 0 <= margin < np.inf:
-        raise ProblemError(f"margin must be a length of 0 mm or more, got {margin:g}")
+    margin = not_negative(margin, "mm", "margin", ProblemError)
     state = state if isinstance(state, State) else State(state)
     if len(state.angles) != plane.n:
         raise ProblemError(f"{state.source}: a state of {len(state.angles)} positioners for {plane.n}")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fiberplan.arrays import number
+from fiberplan.arrays import not_negative
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.certified import ALLOWANCE, hand_over
@@ -48,7 +48,7 @@ def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, 
     Raises:
         PlanError: what the driver refuses, a motion that is not proven, a file that cannot be written.
     """
-    latency = _seconds(latency, PlanError)
+    latency = not_negative(latency, "s", "latency", PlanError)
     fit = in_segments(plan)
     made, file, plane = waveforms(fit), Path(path), plan.problem.plane
     facts = {"units": len(made), "segments": len(made[0].steps) if made else 0, "segment": SEGMENT}
@@ -76,7 +76,7 @@ def read(
     Raises:
         TrajectoryError: a file, unit or value that cannot be used; one line that names it.
     """
-    path, latency = Path(path), _seconds(latency, TrajectoryError)
+    path, latency = Path(path), not_negative(latency, "s", "latency", TrajectoryError)
     return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state), latency)
 
 
@@ -126,13 +126,6 @@ def in_segments(plan: Plan) -> Plan:
             raise PlanError(str(error)) from None
         return dataclasses.replace(plan, trajectory=shaped.trajectory)
     return plan
-
-
-def _seconds(latency: float, error: type[PlanError] | type[TrajectoryError]) -> float:
-    latency = number(latency, "s", "latency", error)
-    if not 0 <= latency < np.inf:
-        raise error(f"latency must be a time of 0 s or more, got {latency:g}")
-    return latency
 
 
 CONTROLLERS.register("moons")(sys.modules[__name__])

@@ -12,7 +12,7 @@ import os
 import sys
 from pathlib import Path
 
-from fiberplan.arrays import number
+from fiberplan.arrays import not_negative
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.certified import ALLOWANCE, hand_over
@@ -46,9 +46,7 @@ def write(plan: Plan, path: str | os.PathLike, *, delay: float = DELAY, allowanc
     Raises:
         PlanError: what the controllers cannot do, a motion that is not proven, a file that cannot be written.
     """
-    delay = number(delay, "s", "delay", PlanError)
-    if not 0 <= delay < float("inf"):
-        raise PlanError(f"delay must be a time of 0 s or more, got {delay:g}")
+    delay = not_negative(delay, "s", "delay", PlanError)
     file, sent = Path(path), paths(plan, delay)
     content = as_yaml(sent) if file.suffix.lower() in _ENDINGS[1:] else as_json(sent)
     counts = [len(axis) for robot in sent for axis in (robot.alpha, robot.beta)]
