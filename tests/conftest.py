@@ -22,7 +22,11 @@ def pytest_sessionstart(session):
     """Compile once, before the workers start; a worker finds everything on disk, and so do the commands it starts."""
     many = session.config.getoption("dist", "no") != "no" and not hasattr(session.config, "workerinput")
     if many and os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
-        subprocess.run([sys.executable, Path(__file__).parent / "warm_up.py"], check=False, capture_output=True)
+        script = Path(__file__).parent / "warm_up.py"
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        shares = [subprocess.Popen([sys.executable, script, str(share)], **quiet) for share in (0, 1)]
+        for share in shares:
+            share.wait()
 
 
 collect_ignore_glob = (

@@ -3,7 +3,6 @@
 import importlib.util
 import logging
 import re
-import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -41,24 +40,14 @@ def test_errors_are_all_public():
 
 
 @pytest.mark.large
-def test_typed_example_runs_and_is_clean_for_a_strict_checker(tmp_path):
+def test_typed_example_runs(tmp_path):
+    """`make check` has it checked strictly."""
     example = Path(__file__).with_name("typed_example.py")
     spec = importlib.util.spec_from_file_location("typed_example", example)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     lines = module.told(module.planned(0.5), tmp_path)
     assert "safe: True" in lines[2]
-    mypy = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--follow-imports=silent",
-        "--config-file",
-        ROOT / "pyproject.toml",
-    ]
-    done = subprocess.run([*mypy, example], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
 
 
 def test_every_repr_is_short(small_plan):

@@ -168,11 +168,11 @@ def test_every_planted_contact_is_found(tmp_path, planned):
     sdss.write(planned, tmp_path / "m.json")
     sent = json.loads((tmp_path / "m.json").read_text())["trajectory"]
     touched = 0
-    for _ in range(60):
+    for _ in range(30):
         (tmp_path / "f.json").write_text(json.dumps(faulty(sent, rng)))
         found = audit(plane, tmp_path / "f.json", margin=0.75)
         seen = sampled_contacts(plane, found.executed.trajectory, 0.75, 0.02)
         proven = {contact.pair for contact in found.certificate.contacts}
         assert seen <= proven
         touched += bool(seen)
-    assert touched > 15  # faults that matter
+    assert touched > 7  # faults that matter

@@ -1,6 +1,5 @@
 """The command line from outside: what it prints, what it writes, how it exits."""
 
-import json
 import os
 import signal
 import subprocess
@@ -393,14 +392,6 @@ def test_reproduce_lists_papers(capsys):
 
 
 @pytest.mark.slow
-def test_reproduce_json(tmp_path, capsys):
-    assert run(["reproduce", "sayres2021", "--trials", "1", "--json", "-o", str(tmp_path / "figures")]) == 0
-    rows = json.loads(capsys.readouterr().out)
-    assert all({"quantity", "paper", "ours", "n"} <= set(row) for row in rows)
-    assert list((tmp_path / "figures").glob("*.png"))
-
-
-@pytest.mark.slow
 def test_demo(tmp_path, capsys):
     assert run(["demo", "-o", str(tmp_path / "demo")]) == 0
     assert sorted(path.name for path in (tmp_path / "demo").iterdir()) == ["plan.fits", "plan.html"]
@@ -520,11 +511,10 @@ def test_pipe_is_quiet_and_a_reader_may_leave(folder, plan):
 
 
 @pytest.mark.slow
-def test_runs_where_no_cache_can_be_written(folder, plan):
-    plan.write("plan.fits")
+def test_runs_where_no_cache_can_be_written(folder):
     nowhere = str(folder / "field.ecsv" / "cache")
     unusable = {"NUMBA_CACHE_DIR": nowhere, "HOME": nowhere, "XDG_CACHE_HOME": nowhere}
     unusable["NUMBA_CACHE_LOCATOR_CLASSES"] = "UserProvidedCacheLocator"  # as if the package's folder were read-only
-    done = called("verify", "plan.fits", stdout=subprocess.PIPE, **unusable)
+    done = called("instruments", "hexagonal", stdout=subprocess.PIPE, **unusable)  # which counts neighbours, compiled
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("safe: ")
+    assert "neighbour pairs" in done.stdout

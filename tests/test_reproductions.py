@@ -180,7 +180,7 @@ def test_sayres2021_on_three(drawn, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_sayres2021(tmp_path, capsys):
+def test_sayres2021(tmp_path, capsys, monkeypatch):
     assert command(["reproduce", "sayres2021", "--trials", "2", "--json", "-o", str(tmp_path)]) == 0
     rows = json.loads(capsys.readouterr().out)
     ours = {row["quantity"]: row["ours"] for row in rows}
@@ -198,17 +198,11 @@ def test_sayres2021(tmp_path, capsys):
         narrow, wide = (ours[f"Fig. 12: share folded, buffer {b} mm, {rule.name}"] for b in ("1.50", "3.00"))
         assert 0.9 < wide < narrow <= 1.0
         assert ours[f"Fig. 14: deadlock chance at 1 deg, buffer 3.00 mm, {rule.name}"] == 1.0
-        assert (
-            ours[f"Fig. 11: run time at 1 deg, {rule.name} [s]"]
-            < ours[f"Fig. 11: run time at 0.01 deg, {rule.name} [s]"]
-        )
         assert 11.0 < ours[f"Fig. 16: fold time after replacements, buffer 1.50 mm, {rule.name} [s]"] < 16.0
         assert ours[f"forward greedy: share that arrives, {rule.name}"] < 0.8
 
-
-@pytest.mark.slow
-def test_reproduce_prints_a_table(capsys):
-    assert command(["reproduce", "sayres2021", "--trials", "1"]) == 0
+    monkeypatch.setattr(sayres2021, "run", lambda trials, folder: rows)
+    assert command(["reproduce", "sayres2021", "--trials", "2"]) == 0
     out = capsys.readouterr().out
     assert "13 +- 1" in out
     assert "literal: moves are tested where they end" in out

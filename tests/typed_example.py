@@ -1,4 +1,4 @@
-"""What a user's program may look like to a strict type checker; `test_api` has it checked, and runs it."""
+"""What a user's program may look like to a strict type checker; `make check` checks it, and `test_api` runs it."""
 
 from pathlib import Path
 
