@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import fiberplan as fp
+from fiberplan.instruments import desi
 from fiberplan.scenes.clustered import clustered_targets
 from fiberplan.scenes.uniform import uniform_field
 from scenes.scene import Scene
@@ -19,6 +20,8 @@ ARRAYS = {  # name -> instrument, or a path in the folder of real data
     "apo": "sdss/apo/wok_calibs/sloanFlatCMM",
     "lco": "sdss/lco/wok_calibs/duPontFlatCMM",
 }
+DESI = "desi/fp-20260219.ecsv"
+PETALS = 10
 MARGINS = (0.4, 0.8, 1.0)  # [mm]
 FIRST = 100  # number of the first field
 MOVES = 30
@@ -59,6 +62,21 @@ def clustered(seed: int, data: Path, name: str, margin: float) -> fp.Problem:
     return fp.Problem.from_targets(plane, targets, uniform_field(plane, FIRST + seed, margin), margin, conflicts="drop")
 
 
+def petals(seed: int, data: Path) -> fp.Problem:
+    """A real petal of DESI from field to field, each in turn: whoever does not work stands where it stood."""
+    plane = desi.petal(array(data, DESI), seed % PETALS)
+    start, goal = (uniform_field(plane, FIRST + seed + k) for k in (0, 1))
+    return fp.Problem(plane, start, goal, conflicts="drop")
+
+
+def pfs(seed: int, data: Path) -> fp.Problem:
+    """The 2,394 nominal cobras of PFS from field to field, at the margin that is recommended."""
+    plane = array(data, "pfs")
+    margin = plane.recommended_margin or 0.0
+    start, goal = (uniform_field(plane, FIRST + seed + k, margin) for k in (0, 1))
+    return fp.Problem(plane, start, goal, margin)
+
+
 def _scene(make, label: str, name: str, margin: float, **settings) -> Scene:
     made = partial(make, name=name, margin=margin, **settings)
     kind = ", extended any way" if settings.get("extended") else ""
@@ -68,14 +86,18 @@ def _scene(make, label: str, name: str, margin: float, **settings) -> Scene:
     return Scene(f"{name}-{label}-{margin}", made, fields=MOVES, needs=where if "/" in where else None)
 
 
-SCENES = tuple(
-    scene
-    for name in ARRAYS
-    for margin in MARGINS
-    for scene in (
-        _scene(field_to_field, "field", name, margin),
-        _scene(offline, "offline", name, margin, extended=False),
-        _scene(offline, "extended", name, margin, extended=True),
-        _scene(clustered, "clustered", name, margin),
-    )
+SCENES = (
+    *(
+        scene
+        for name in ARRAYS
+        for margin in MARGINS
+        for scene in (
+            _scene(field_to_field, "field", name, margin),
+            _scene(offline, "offline", name, margin, extended=False),
+            _scene(offline, "extended", name, margin, extended=True),
+            _scene(clustered, "clustered", name, margin),
+        )
+    ),
+    Scene("desi-petals-field", petals, fields=MOVES, needs=DESI),
+    Scene("pfs-field", pfs, fields=MOVES),
 )
