@@ -81,3 +81,18 @@ def test_proven_goals_are_far_fewer_than_open_ones():
                 proven += 1
                 assert proven_unreachable(plane, i, start, goal, 0.4)
     assert proven > 0
+
+
+POCKET = np.radians([[125.94963968, 97.54481611], [23.33698225, 19.40880168]])  # a start, and a goal beside a fiducial
+
+
+def test_passages_too_narrow_by_micrometres_are_found_closed():
+    """An SDSS-V arm beside a fiducial passes where the margin leaves it hundredths of a millimetre."""
+    sdss = fp.FocalPlane.load("sdss")
+    plane = sdss.subset([sdss.index_of("R-1C19")])
+    start, goal = POCKET
+    closed = [margin for margin in (0.9, 0.95, 0.99, 1.0) if proven_unreachable(plane, 0, start[None], goal, margin)]
+    assert closed == [0.99, 1.0]
+    plan = fp.planners.Direct().plan(fp.Problem(plane, start[None], goal[None], 0.95))
+    assert plan.faults() == []
+    assert len(plan.having(fp.Outcome.ARRIVED)) == 1

@@ -7,7 +7,7 @@
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
 - `any_speed`: pairs that are clear wherever within their turns the joints are
-- `unreachable`: `proven_unreachable`, by flooding boxes of joint space
+- `unreachable`: `proven_unreachable`, by flooding boxes of joint space; `tiling`: those boxes, and what they join
 """
 
 from fiberplan.certificates.guesses import needed_guesses
