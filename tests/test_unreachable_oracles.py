@@ -67,7 +67,7 @@ def test_who_never_moves():
 
 
 def test_boxes_get_finer_where_coarse_ones_prove_nothing():
-    """Six degrees lose 0.8 mm by an arm of 15 mm; narrower boxes tell a gap that is shut by 0.03 mm from an open one."""
+    """Six degrees lose 0.8 mm by an arm of 15 mm; narrow boxes tell a gap that is shut by 0.03 mm from an open one."""
     start, goal = np.array([[0.7, 0.0]]), np.array([-3.9, 0.0])
     assert proven_unreachable(walled(-0.03), 0, start, goal, 0.0)
     assert not proven_unreachable(walled(0.03), 0, start, goal, 0.0)
