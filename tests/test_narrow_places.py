@@ -172,3 +172,38 @@ def test_a_solution_is_kept_when_making_it_shorter_is_interrupted(monkeypatch):
     assert search.steps == before
     np.testing.assert_array_equal(search.lattice.path, path)
     assert search.touching == 0
+
+
+OUT, BESIDE = np.radians(
+    [[125.94963968, 97.54481611], [23.33698225, 19.40880168]]
+)  # of a pocket beside a fiducial, in it
+
+
+def pocketed(*others):
+    """The SDSS-V arm that a fiducial shuts in at a margin of 1 mm, and others."""
+    sdss = fp.FocalPlane.load("sdss")
+    plane = sdss.subset([sdss.index_of(name) for name in ("R-1C19", *others)])
+    start = np.array(plane.folded)
+    start[0] = BESIDE
+    return plane, start
+
+
+def test_a_goal_where_a_shut_in_arm_stands_is_given_up_at_once():
+    """Both losses are proven; the arm in the way is not held, and nobody's time is searched for longer and longer."""
+    plane, start = pocketed("R-1C20")
+    goal = np.array([OUT, np.radians([149.50404097, 8.34104848])])
+    plan = fp.planners.Direct().plan(fp.Problem(plane, start, goal, 1.0))
+    assert plan.outcomes == (Outcome.INFEASIBLE, Outcome.INFEASIBLE)
+    assert plan.blockers[1] == (0,)
+    assert plan.makespan == 0.0
+    assert plan.faults() == []
+
+
+def test_another_elbow_is_taken_where_the_first_is_out_of_reach():
+    plane, start = pocketed()
+    start[0] = OUT
+    farther = np.radians([[[340.0, 100.0]]])  # than the goal in the pocket, which is tried first
+    for alternatives, arrives in ((None, False), (farther, True)):
+        plan = fp.planners.Direct().plan(fp.Problem(plane, start, BESIDE[None], 1.0, alternatives=alternatives))
+        assert (plan.outcomes == (Outcome.ARRIVED,)) == arrives
+        assert plan.faults() == []

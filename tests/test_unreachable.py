@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.certificates import proven_unreachable
+from fiberplan.certificates import proven_excluded, proven_unreachable
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.scenes.uniform import uniform_field
@@ -96,3 +96,23 @@ def test_passages_too_narrow_by_micrometres_are_found_closed():
     plan = fp.planners.Direct().plan(fp.Problem(plane, start[None], goal[None], 0.95))
     assert plan.faults() == []
     assert len(plan.having(fp.Outcome.ARRIVED)) == 1
+
+
+def test_a_goal_that_leaves_another_arm_no_place_is_proven_lost():
+    """A stiff arm that turns by 20 deg, and random goals of its neighbour: as dense samples of its turn say."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    upper = np.array(plane.upper)
+    upper[3] = np.radians([20.0, 0.01])
+    plane = plane.replace(upper=upper, lower=np.zeros((7, 2)), folded=np.zeros((7, 2)))
+    start, rng, found = np.zeros((7, 2)), np.random.default_rng(5), []
+    turned = np.stack([np.radians(np.linspace(0.0, 20.0, 400)), np.zeros(400)], axis=1)
+    pair = plane.arm_pairs_within(0.5).tolist().index([3, 4])
+    for goal in plane.kinematics.random(plane, rng, np.full(80, 4)):
+        poses = np.repeat(start[None], 400, axis=0)
+        poses[:, 3], poses[:, 4] = turned, goal
+        best = max(plane.clearance(pose)[pair] for pose in poses)
+        if abs(best - 0.5) > 0.02:
+            assert proven_excluded(plane, 4, goal, 3, start, 0.5) == (best < 0.5)
+            found.append(best < 0.5)
+    assert 10 < sum(found) < len(found) - 10
+    assert not proven_excluded(plane, 5, np.zeros(2), 3, start, 0.5)

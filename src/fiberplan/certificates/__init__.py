@@ -7,12 +7,22 @@
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
 - `any_speed`: pairs that are clear wherever within their turns the joints are
-- `unreachable`: `proven_unreachable`, by flooding boxes of joint space; `tiling`: those boxes, and what they join
+- `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
+  and what they join
 """
 
 from fiberplan.certificates.guesses import needed_guesses
 from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
-from fiberplan.certificates.unreachable import proven_unreachable
+from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
 
-__all__ = ["Certificate", "Contact", "Opening", "ZoneEntry", "needed_guesses", "proven_unreachable", "verify"]
+__all__ = [
+    "Certificate",
+    "Contact",
+    "Opening",
+    "ZoneEntry",
+    "needed_guesses",
+    "proven_excluded",
+    "proven_unreachable",
+    "verify",
+]

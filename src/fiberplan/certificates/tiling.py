@@ -1,6 +1,6 @@
 """Boxes that tile the joint ranges of one positioner, of several widths: which lie side by side, and what they join."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,18 +18,19 @@ class Layer:
     level: int  #: how often the boxes of level 0 were halved
     grid: np.ndarray  #: (2,) boxes along each joint
     cells: np.ndarray  #: (m, 2) which of them
+    goal: np.ndarray  #: (m,) whether a goal may lie in them; in boxes that are clear, whether one does
 
     def __len__(self) -> int:
         return len(self.cells)
 
     def __getitem__(self, which: np.ndarray) -> "Layer":
         """Those that a mask names."""
-        return Layer(self.level, self.grid, self.cells[which])
+        return replace(self, cells=self.cells[which], goal=self.goal[which])
 
     def halved(self) -> "Layer":
         """Their quarters, on the next level."""
         quarters = 2 * self.cells[:, None] + [[0, 0], [0, 1], [1, 0], [1, 1]]
-        return Layer(self.level + 1, 2 * self.grid, quarters.reshape(-1, 2))
+        return Layer(self.level + 1, 2 * self.grid, quarters.reshape(-1, 2), np.repeat(self.goal, 4))
 
     @cached_property
     def _in_order(self) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +65,8 @@ class Tiling:
 
     def whole(self) -> Layer:
         """Every box of level 0."""
-        return Layer(0, self.count, np.argwhere(np.ones(self.count, bool)))
+        cells = np.argwhere(np.ones(self.count, bool))
+        return Layer(0, self.count, cells, np.ones(len(cells), bool))
 
     def width(self, level: int) -> np.ndarray:
         """(2,) of the boxes of a level [rad]."""
@@ -79,13 +81,17 @@ class Tiling:
         self._beside.append(self._touching(layer, [*self.clear, layer]))
         self.clear.append(layer)
 
-    def joined(self, start: np.ndarray, goal: np.ndarray, undecided: Layer | None = None) -> bool:
-        """Whether boxes, each next to the one before, lead from `start` (2,) to `goal`: clear, or undecided."""
-        region = self._regions(undecided)
+    def joined(self, start: np.ndarray, undecided: Layer | None = None) -> bool:
+        """Whether boxes, each next to the one before, lead from `start` (2,) to a goal: clear, or undecided."""
         layers = self.clear if undecided is None else [*self.clear, undecided]
-        return bool(np.intersect1d(region[self._at(start, layers)], region[self._at(goal, layers)]).size)
+        region, goal = self._regions(undecided), np.concatenate([layer.goal for layer in layers])
+        first, begin = 0, []
+        for layer in layers:
+            begin.append(first + np.flatnonzero(self.holds(layer, start)))
+            first += len(layer)
+        return bool(np.isin(region[goal], region[np.concatenate(begin)]).any())
 
-    def joins(self, undecided: Layer, start: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    def joins(self, undecided: Layer, start: np.ndarray) -> np.ndarray:
         """(m,) whether each of the undecided may join what clear boxes do not: whole clusters of them."""
         links = self._touching(undecided, [*self.clear, undecided])
         first = sum(map(len, self.clear))
@@ -94,9 +100,18 @@ class Tiling:
         to_clear = links[:, (links < first).any(axis=0)]
         met = np.stack([cluster[to_clear[0] - first], self._regions()[to_clear[1]]], axis=1)
         regions = np.bincount(np.unique(met, axis=0)[:, 0], minlength=len(undecided))
-        for end in (start, goal):
-            regions[cluster[self._at(end, [undecided])]] += 2
+        regions[cluster[undecided.goal | self.holds(undecided, start)]] += 2
         return regions[cluster] > 1
+
+    def holds(self, layer: Layer, q: np.ndarray) -> np.ndarray:
+        """(m,) whether boxes hold `q` (2,), their neighbours where it lies within rounding of an edge."""
+        with np.errstate(invalid="ignore"):
+            at = np.nan_to_num((q - self.low) / self.width(layer.level))
+        near = np.floor(at + _EDGE * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])).astype(np.int64)
+        held = layer.holding(np.clip(near, 0, layer.grid - 1), layer.level)
+        mask = np.zeros(len(layer), bool)
+        mask[held[held >= 0]] = True
+        return mask
 
     def _regions(self, undecided: Layer | None = None) -> np.ndarray:
         """(k,) which region each clear box is of, and each undecided one if those are boxes to go through, too."""
@@ -116,18 +131,6 @@ class Tiling:
                 found = other.holding(layer.cells + step, layer.level)
                 pairs.append(np.stack([own[found >= 0], number + found[found >= 0]]))
         return np.concatenate(pairs, axis=1)
-
-    def _at(self, q: np.ndarray, layers: list[Layer]) -> np.ndarray:
-        """Numbers of the boxes that hold `q` (2,), with their neighbours where it lies within rounding of an edge."""
-        found, first = [], 0
-        for layer in layers:
-            with np.errstate(invalid="ignore"):
-                at = np.nan_to_num((q - self.low) / self.width(layer.level))
-            near = np.floor(at + _EDGE * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])).astype(np.int64)
-            held = layer.holding(np.clip(near, 0, layer.grid - 1), layer.level)
-            found.append(first + held[held >= 0])
-            first += len(layer)
-        return np.unique(np.concatenate(found)).astype(np.int64)
 
 
 def _labels(links: np.ndarray, count: int) -> np.ndarray:

@@ -12,10 +12,13 @@ narrow by a few micrometres are found closed. Of the undecided those alone are k
 cluster of them that touches a single region of clear boxes leads from it to nowhere else.
 """
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from fiberplan.arrays import number, read_only
-from fiberplan.certificates.tiling import Tiling
+from fiberplan.certificates.tiling import Layer, Tiling
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import motion
@@ -53,9 +56,55 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
     Returns:
         True only with proof; False if there is a way or if nothing was proven, as for joint ranges of many turns.
     """
+    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)
+
+    def ends(tiling: Tiling, layer: Layer, within: float) -> tuple[np.ndarray, np.ndarray]:
+        held = tiling.holds(layer, goal)
+        return held, held
+
+    return _none_is_reached(plane, i, start, margin, ends)
+
+
+def proven_excluded(plane: FocalPlane, i: int, goal: np.ndarray, j: int, start: np.ndarray, margin: float) -> bool:
+    """Whether positioner `i` is proven unable to be at its goal, for want of a place where `j` could be then.
+
+    Wherever `j` can go past obstacles and offline positioners, if there were nobody else, it touches `i` at its goal.
+
+    Args:
+        plane: the array, of arms of two links.
+        i: the positioner that has a goal.
+        goal: (2,) where it should go [rad].
+        j: the positioner that is in its way, whatever its own goal.
+        start: (n, 2) where everyone stands [rad]; offline positioners stay there.
+        margin: clearance to keep [mm].
+
+    Returns:
+        True only with proof.
+    """
+    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)[None]
+    other, margin = np.array([i]), number(margin, "mm", "margin", ProblemError)
+
+    def ends(tiling: Tiling, layer: Layer, within: float) -> tuple[np.ndarray, np.ndarray]:
+        room = _least_clearance(plane.arms, j, other, goal, tiling.middles(layer))
+        return ~(room + within < margin), room >= margin
+
+    return _none_is_reached(plane, j, start, margin, ends)
+
+
+def _none_is_reached(
+    plane: FocalPlane,
+    i: int,
+    start: np.ndarray,
+    margin: float,
+    ends: Callable[[Tiling, Layer, float], tuple[np.ndarray, np.ndarray]],
+) -> bool:
+    """Whether it is proven that none of the `ends` of positioner `i` is reached past what never moves.
+
+    `ends` tells of boxes, in which a point of its bodies moves so far from where it is at their middles [mm], whether
+    one may lie in them (m,), and whether one does. Nothing is proven of who begins nearer than the margin, and opens.
+    """
     margin = number(margin, "mm", "margin", ProblemError)
     start = read_only(start, unit="rad", name="start", error=ProblemError)
-    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)
     low, high = plane.lower[i], plane.upper[i]
     if plane.kinematics.has_avoidance or not np.all(np.isfinite([low, high])):
         return False
@@ -65,20 +114,23 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
     fixed = read_only(np.sort(beside[never_moves[beside]]), np.int64)
     pose = read_only(plane.with_obstacles(start)[fixed])
     count = np.maximum(1.0, np.ceil((high - low) / _WIDEST))
-    if count.prod() > _MOST:
+    opens = not _least_clearance(plane.arms, i, fixed, pose, start[i, None])[0] >= margin
+    if opens or count.prod() > _MOST:
         return False
     tiling = Tiling(low, high, count.astype(np.int64))
     layer = tiling.whole()
     for _ in range(_LEVELS):
         width = tiling.width(layer.level)
-        clear = _least_clearance(plane.arms, i, fixed, pose, tiling.middles(layer))
+        room = _least_clearance(plane.arms, i, fixed, pose, tiling.middles(layer))
         within = motion(plane.arms, i, 0.5 * width[0], 0.5 * width[1]) + ROUNDING
-        tiling.add_clear(layer[clear - within >= margin])
-        undecided = layer[~(clear - within >= margin) & ~(clear + within < margin)]
-        if not tiling.joined(start[i], goal, undecided):
+        possible, certain = ends(tiling, layer, within)
+        clear = (room - within >= margin) & (certain | ~possible)
+        tiling.add_clear(replace(layer, goal=certain)[clear])
+        undecided = replace(layer, goal=possible)[~clear & ~(room + within < margin)]
+        if not tiling.joined(start[i], undecided):
             return True
-        undecided = undecided[tiling.joins(undecided, start[i], goal)]
-        if tiling.joined(start[i], goal) or 4 * len(undecided) > _MOST:
+        undecided = undecided[tiling.joins(undecided, start[i])]
+        if tiling.joined(start[i]) or 4 * len(undecided) > _MOST:
             return False
         layer = undecided.halved()
     return False

@@ -12,7 +12,9 @@ Algorithm                                                             here
       each positioner through its goal, its start one more node         `lattice.step_length`
  2  K = what any positioner needs past arms that never move, on a     `narrow.steps_past_fixed`,
       finer lattice or on a way of its own where the first is too       `pairs.steps_past_fixed`,
-      coarse; if that is more than allowed, its goal is given up        `passages.way_past_fixed`
+      coarse; if that is more than allowed, another configuration       `passages.way_past_fixed`,
+      that counts as its goal is tried, then the goal is given up,      `narrow.goes_elsewhere`,
+      and those that leave it no place where it is shut in              `narrow.crowding_out`
  3  each positioner on its cheapest path, as if alone                 `repair.place_each`
  4  C = pairs in contact, in continuous time                          `contacts.contacts_of_all`
  5  until C is empty:                                                 `search.DirectSearch.run`, `repair.repair`
@@ -38,8 +40,9 @@ Algorithm                                                             here
 15  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
       stay clear                                                        `planners.shared.straighten`
 16  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
-      goal; if any loss is unproven, the fold hub is planned too,       `certificates.proven_unreachable`,
-      and the plan of greater kept priority is returned                 `planners.greedy_fold`
+      goal, or it leaves one that is shut in no place; if any loss is   `certificates.proven_unreachable`,
+      unproven, the fold hub is planned too, and the plan of greater    `certificates.proven_excluded`,
+      kept priority is returned                                         `planners.greedy_fold`
 
 Lines 4 and 10 test whole steps in continuous time; lines 7 and 9 see nodes only. So a contact that appears only
 between nodes raises the clearance that line 9 asks for that pair by 0.1 mm, and a contact left by line 7 the clearance

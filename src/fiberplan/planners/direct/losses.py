@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiberplan.certificates import proven_unreachable
+from fiberplan.certificates import proven_excluded, proven_unreachable
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.direct.goals import Goals
@@ -19,7 +20,9 @@ class Losses:
     """What became of those that had a goal."""
 
     late: tuple[int, ...]  #: proven: every configuration is too far for the time there is
-    unreachable: tuple[int, ...]  #: proven: what never moves separates every configuration from the start
+    unreachable: tuple[
+        int, ...
+    ]  #: proven: what never moves separates every configuration from the start, or shuts in who is in its way
     given_up: dict[int, tuple[int, ...]]  #: positioner that does not arrive -> arms that block it, proven or not
     held: tuple[int, ...]  #: never leave their start
     max_time: float | None  #: [s]
@@ -38,7 +41,7 @@ class Losses:
         there = _at_goal(problem, ends)
         given_up = {i: arms for i, arms in given_up.items() if not there[i]}
         late = tuple(map(int, np.flatnonzero(goals.infeasible)))
-        unreachable = tuple(i for i in given_up if _is_unreachable(problem, i))
+        unreachable = tuple(i for i, arms in given_up.items() if _is_unreachable(problem, i, arms))
         return cls(late, unreachable, given_up, tuple(sorted(search.held)), max_time)
 
     @property
@@ -94,14 +97,24 @@ def _at_goal(problem: Problem, ends: np.ndarray) -> np.ndarray:
     return np.asarray((choices == ends[:, None]).all(axis=2).any(axis=1) & problem.has_goal)
 
 
-def _is_unreachable(problem: Problem, i: int) -> bool:
-    """Whether it is proven that what never moves separates positioner `i` from its goal and every alternative.
+def _is_unreachable(problem: Problem, i: int, blockers: tuple[int, ...]) -> bool:
+    """Whether positioner `i` is proven unable to be at its goal, or at any alternative.
 
+    What never moves may separate it from there, or may shut in one of its `blockers`, for which there is no place left.
     No proof is tried over joint ranges so wide that it would take minutes.
     """
-    plane = problem.plane
-    if not problem.has_goal[i] or not np.prod(plane.upper[i] - plane.lower[i]) <= _MOST_RANGE:
+    plane, start, margin = problem.plane, problem.start, problem.margin
+    if not problem.has_goal[i]:
         return False
     others = [] if problem.alternatives is None else [q for q in problem.alternatives[i] if not np.isnan(q[0])]
-    goals = [problem.goal[i], *others]
-    return all(proven_unreachable(plane, i, problem.start, goal, problem.margin) for goal in goals)
+    beside = [j for j in blockers if j < problem.n and plane.online[j] and _is_narrow(plane, j)]
+    return all(
+        (_is_narrow(plane, i) and proven_unreachable(plane, i, start, goal, margin))
+        or any(proven_excluded(plane, i, goal, j, start, margin) for j in beside)
+        for goal in [problem.goal[i], *others]
+    )
+
+
+def _is_narrow(plane: FocalPlane, i: int) -> bool:
+    """Whether proofs over the joint ranges of positioner `i` take no longer than seconds."""
+    return bool(np.prod(plane.upper[i] - plane.lower[i]) <= _MOST_RANGE)

@@ -2,8 +2,13 @@
 
 import numpy as np
 
+from fiberplan.certificates import proven_excluded
+from fiberplan.focal_plane.neighbours import touching
+from fiberplan.kernels.clearance import clearance
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY, Paths
+from fiberplan.planners.shared.goal_configurations import choices_of
+from fiberplan.tolerances import EQUALITY
 
 FINE = 1  #: fineness at which needs are asked for where the coarse answer is that there is no path, or a long one
 _SHORTER = 1.05  # times as long as its way has to be what a positioner's lattice offers for the way to count
@@ -54,3 +59,34 @@ def _way(paths: Paths, i: int) -> np.ndarray | None:
     rest = np.where(lattice.fixed[:, None], lattice.path[:, 0], np.nan)
     way = way_past_fixed(paths.plane, paths.near, rest, i, paths.problem.start[i], paths.goal[i], paths.limit)
     return None if way is None else stepwise(paths.plane, paths.near, rest, i, way, paths.duration, paths.limit)
+
+
+def goes_elsewhere(paths: Paths, i: int) -> int:
+    """Let positioner i go to another configuration that counts as its goal; steps that it needs, or -1 without any."""
+    problem, taken = paths.problem, paths.goal[i].copy()
+    choices = choices_of(problem)[i]
+    for end in choices[np.isfinite(choices[:, 0]) & (choices != taken).any(axis=1)]:
+        paths.goal[i] = end
+        pose = paths.plane.with_obstacles(np.where(paths.plane.online[:, None], paths.goal, problem.start))
+        if touching(paths.plane.arms, paths.near, pose, np.array([i]), problem.margin + EQUALITY)[0] >= 0:
+            continue
+        paths.change_fineness(np.array([i]), np.array([0]))
+        need = int(steps_past_fixed(paths, np.array([i]))[0])
+        if 0 <= need <= paths.most_steps:
+            return need
+    paths.goal[i] = taken
+    paths.change_fineness(np.array([i]), np.array([0]))
+    return -1
+
+
+def crowding_out(paths: Paths, j: int) -> list[int]:
+    """Positioners at whose goals there is, proven, no place left for positioner j, which what never moves shuts in."""
+    problem, plane = paths.problem, paths.plane
+    found = []
+    for i in paths.near.around(j):
+        if i < plane.n and plane.online[i] and not np.isnan(paths.goal[i, 0]):
+            goal, (alpha, beta) = paths.goal[i], problem.start[j]
+            touches = not clearance(plane.arms, i, goal[0], goal[1], j, alpha, beta) >= paths.limit
+            if touches and proven_excluded(plane, int(i), goal, j, problem.start, problem.margin):
+                found.append(int(i))
+    return found

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from fiberplan.planners.direct.narrow import FINE, eased, steps_past_fixed
+from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, steps_past_fixed
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.paths import ON_ITS_WAY, Paths
 from fiberplan.planners.direct.repair import HELD, SOLVED, TOO_SHORT
@@ -42,9 +42,18 @@ class DirectSearch(Paths):
         beside[self.pairs[fixed[:, 0], 1]] = beside[self.pairs[fixed[:, 1], 0]] = True
         who = np.flatnonzero(beside[: self.plane.n] & able)
         needs = steps_past_fixed(self, who)
-        for i in who[(needs < 0) | (needs > self.most_steps)].tolist():
-            self.give_up(i, tuple(int(j) for j in self.near.around(i) if self.lattice.fixed[j]))
-        possible = np.where(needs <= self.most_steps, needs, 0)
+        barred = []
+        for k in np.flatnonzero((needs < 0) | (needs > self.most_steps)):
+            i = int(who[k])
+            needs[k] = goes_elsewhere(self, i)
+            if needs[k] < 0:
+                barred.append(i)
+                self.give_up(i, tuple(int(j) for j in self.near.around(i) if self.lattice.fixed[j]))
+        for j in barred:
+            for i in crowding_out(self, j):
+                self.give_up(i, (j,))
+                needs[who == i] = -1
+        possible = np.where((needs >= 0) & (needs <= self.most_steps), needs, 0)
         if possible.max(initial=0) > self.steps:
             self.slowest_past_fixed, self.need_past_fixed = int(who[possible.argmax()]), int(possible.max())
             self.lengthen(self.need_past_fixed)

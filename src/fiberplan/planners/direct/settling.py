@@ -21,12 +21,12 @@ def settle(paths: Paths) -> list[int]:
 
 
 def give_up_one_of(paths: Paths, pair: int) -> None:
-    """Give up the goal of whichever matters less of two that cannot both get there."""
+    """Give up the goal of whichever matters less of two that cannot both get there; who has none is no help held."""
     priority = paths.problem.priority
     assert priority is not None  # set on construction
     i, j = (int(arm) for arm in paths.pairs[pair])
     able = [arm for arm in (i, j) if not paths.lattice.fixed[arm]]
-    loser = min(able, key=lambda arm: (not np.isnan(paths.goal[arm, 0]), priority[arm], arm))
+    loser = min(able, key=lambda arm: (np.isnan(paths.goal[arm, 0]), priority[arm], arm))
     paths.give_up(loser, (j if loser == i else i,))
     paths.update_contacts()
 
