@@ -23,6 +23,8 @@ _CUTS = 8  # tries to make a solution shorter,
 _LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this,
 _CUT_PATIENCE = 100  # each given up like this
 _LARGEST_CLUSTER = 4  # moved jointly
+_FEW = 2  # contacts, of which each try may be a joint one
+_SMALL_CHUNK = 10  # replans then
 _LONGER = 0.03  # joint paths may take this much longer than everyone has, times the square of how often all got stuck
 _SECOND_WIND = 100  # replans for every goal given up
 
@@ -62,14 +64,18 @@ class DirectSearch(Paths):
 
     def run(self, budget: int, proceed: Callable[[], bool]) -> bool:
         """Repair until nothing touches; False if `proceed` said to stop before that."""
-        fewest, stuck, growth, last_resort = self.touching, 0, 1, False
+        fewest, stuck, growth, last_resort, tried = self.touching, 0, 1, False, False
         while proceed():
-            result = self.repair(_CHUNK)
+            chunk = _CHUNK if self.touching > _FEW else _SMALL_CHUNK
+            result = self.repair(chunk)
             if result == SOLVED:
                 return True
-            stuck += _CHUNK
+            stuck += chunk
             if self.touching < fewest or eased(self):
-                stuck = 0
+                stuck, tried = 0, False
+            elif self.touching <= _FEW and not tried:  # a joint path found at random costs little, and may fit as it is
+                tried = True
+                self._untangle(self.in_contact, 2, self.steps)
             if result == TOO_SHORT:
                 self._lengthen_for(self.short_pair)
             elif self.work > budget or (stuck > _PATIENCE and self.steps >= self.most_steps):
