@@ -28,8 +28,9 @@ Algorithm                                                             here
         [ w_q for every neighbour in contact at k (pair q),             (a, b, k); nodes in contact by
           a little for extension, a little for turning ]                `blocked_nodes.mark_blocked`
 10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._update_contacts`
-11    who still touches what never moves: finer lattices, a way       `narrow.eased`; a pair of the last two in C
-        of its own; the last pairs: a joint path found at random        once for each K: `untangle.untangled`
+11    who still touches what never moves: finer lattices, a way       `narrow.eased`,
+        of its own; the last two pairs of C, once: a joint path         `untangle.untangled`
+        found at random
 12    if C gets no smaller in 100 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
         and clusters of 3 or 4 around pairs of C get joint paths        `untangle.untangled`: RRT-Connect
 13    if work or K is used up: clusters of 4 once; then the goals     `settling.settle`,
