@@ -28,7 +28,7 @@ def test_documented_names_are_the_public_ones():
     page = (ROOT / "docs" / "api.md").read_text()
     assert sorted(re.findall(r"^\| `fp\.(\w+)` \|", page, re.MULTILINE)) == sorted(fp.__all__)
     assert dir(fp) == sorted([*fp.__all__, "__version__"])
-    for package in ("planners", "shaping", "scenes", "instruments", "io", "hardware"):
+    for package in ("planners", "shaping", "scenes", "instruments", "io", "hardware", "survey"):
         (line,) = re.findall(rf"^\| `fp\.{package}` \| (.*) \|$", page, re.MULTILINE)
         for name in re.findall(r"`(\w+)`", line):
             assert hasattr(getattr(fp, package), name), name

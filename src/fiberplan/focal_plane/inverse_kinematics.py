@@ -56,7 +56,9 @@ def _quickest_first(plane: FocalPlane, who: np.ndarray, angles: np.ndarray, solu
     travel = plane.least_time(angles - plane.folded[who, None], who)
     time = np.round(travel.max(axis=2, initial=0.0), 9)
     keys = (angles[:, :, 1], angles[:, :, 0], solution, np.where(np.isnan(time), np.inf, time))
-    order = np.stack([np.lexsort([key[i] for key in keys]) for i in range(len(who))]) if len(who) else solution[:, :0]
+    rows = np.repeat(np.arange(len(who)), solution.shape[1])
+    order = np.lexsort([*(key.ravel() for key in keys), rows]).reshape(solution.shape)  # row by row, in one go
+    order -= np.arange(len(who))[:, None] * solution.shape[1]
     ordered = np.take_along_axis(angles, order[:, :, None], axis=1)
     needed = int(np.isfinite(ordered[:, :, 0]).sum(axis=1).max(initial=0))
     return ordered[:, : max(needed, 1)]

@@ -255,12 +255,22 @@ def write_targets(targets: Targets, path: str | os.PathLike) -> None:
         TargetError: no such format, one that cannot hold what these targets say, or a file that cannot be written.
     """
     path, table = Path(path), table_of(targets)
+    if path.suffix.lower() not in _WITH_META and (len(targets.offline) or targets.idle is not None):
+        raise TargetError(f"{path}: only {', '.join(_WITH_META)} can say which positioners have no target")
+    write_table(table, path)
+
+
+def write_table(table: QTable, path: str | os.PathLike) -> None:
+    """Write a table in the format that the file's name says; the file appears whole or not at all.
+
+    Raises:
+        TargetError: no such format, or a file that cannot be written.
+    """
+    path, table = Path(path), table.copy()
     suffix = path.suffix.lower()
     if suffix == ".csv":
         table.rename_columns(*zip(*((name, f"{name} [{table[name].unit}]") for name in _with_unit(table)), strict=True))
     if suffix not in _WITH_META:
-        if len(targets.offline) or targets.idle is not None:
-            raise TargetError(f"{path}: only {', '.join(_WITH_META)} can say which positioners have no target")
         table.meta.clear()
     options = {"format": "ascii.ecsv"} if suffix in _WITH_META else {}
     with tempfile.TemporaryDirectory() as folder:

@@ -6,7 +6,7 @@ from fiberplan.kernels.compile import kernel, record
 
 
 @kernel
-def _grown(pairs):
+def grown(pairs):
     """The same pairs with room for twice as many."""
     more = np.empty((2 * len(pairs), 2), np.int64)
     more[: len(pairs)] = pairs
@@ -70,7 +70,7 @@ def neighbour_pairs(position, reach, gap):
                     dx, dy = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
                     if j > i and dx * dx + dy * dy < far * far:
                         if count == len(pairs):
-                            pairs = _grown(pairs)
+                            pairs = grown(pairs)
                         pairs[count, 0], pairs[count, 1] = i, j
                         count += 1
         pairs[begin:count, 1] = np.sort(pairs[begin:count, 1])
@@ -112,7 +112,7 @@ def box_pairs(position, reach, box, gap):
                     dy = max(0.0, box[k, 1] - position[i, 1], position[i, 1] - box[k, 3])
                     if dx * dx + dy * dy < (reach[i] + gap) ** 2:
                         if count == len(pairs):
-                            pairs = _grown(pairs)
+                            pairs = grown(pairs)
                         pairs[count, 0], pairs[count, 1] = i, k
                         count += 1
         pairs[begin:count, 0] = np.sort(pairs[begin:count, 0])

@@ -1,0 +1,130 @@
+"""A catalogue: places in the focal plane that fibers could go to, and what each is worth.
+
+Nobody has said yet which positioner takes which target; that is what `fiberplan.survey.allocate` finds. Priorities
+count against each other within a tier; no target of a tier is given up for one of a later tier (a larger number).
+"""
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from astropy.table import Table
+
+from fiberplan.arrays import Frozen, read_only, shortened, texts
+from fiberplan.errors import TargetError
+from fiberplan.problem import Targets
+from fiberplan.tables.table_reader import InputTable, input_table, read_table
+
+SCIENCE = "science"  #: the category of whatever has none
+
+
+@dataclass(frozen=True, eq=False)
+class Catalogue(Frozen):
+    """Candidate targets.
+
+    Raises:
+        TargetError: no targets, a value that is not finite, a negative priority, a tier that is no whole number, or a
+            parity other than +1, 0 or -1; the message names the row.
+    """
+
+    x: np.ndarray  #: (m,) [mm]
+    y: np.ndarray  #: (m,) [mm]
+    ids: tuple[str, ...] = ()  #: (m,) names; rows as they stand in the source unless given
+    priority: np.ndarray = None  # type: ignore[assignment]  #: (m,) larger matters more; 1 unless given
+    tier: np.ndarray = None  # type: ignore[assignment]  #: (m,) whole numbers, smaller goes first; 1 unless given
+    fiber: tuple[str, ...] | None = None  #: (m,) kind of fiber that is needed; "" (unless given): the default one
+    category: tuple[str, ...] | None = None  #: (m,) such as "science" (unless given), "sky" or "standard"
+    parity: np.ndarray = None  # type: ignore[assignment]  #: (m,) +1 right, -1 left, 0 (unless given) either elbow
+    source: str = "catalogue"  #: a file, for messages
+    rows: tuple[str, ...] = ()  #: (m,) where each target stands in it
+
+    def __post_init__(self) -> None:
+        m = np.size(self.x)
+        defaults = {"priority": np.ones(m), "tier": np.ones(m), "parity": np.zeros(m)}
+        for name in ("x", "y", "priority", "tier", "parity"):
+            value, unit = getattr(self, name), "mm" if name in ("x", "y") else ""
+            label = f"{self.source}: {name}"
+            value = read_only(defaults[name] if value is None else value, float, unit, label, TargetError)
+            if value.shape != (m,):
+                raise TargetError(f"{label} must have shape ({m},), got {value.shape}")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "rows", tuple(self.rows) or tuple(f"row {k + 1}" for k in range(m)))
+        names = {"ids": self.rows, "fiber": ("",) * m, "category": (SCIENCE,) * m}
+        for name, default in names.items():
+            value = texts(getattr(self, name) or default, f"{self.source}: {name}", TargetError)
+            if len(value) != m:
+                raise TargetError(f"{self.source}: {name} has {len(value)} entries for {m} targets")
+            object.__setattr__(self, name, value)
+        self._validate()
+        object.__setattr__(self, "tier", read_only(self.tier, np.int64))
+
+    def _validate(self) -> None:
+        if not len(self):
+            raise TargetError(f"{self.source}: there are no targets")
+        for name in ("x", "y"):
+            self._refuse(~np.isfinite(getattr(self, name)), name, "")
+        ok = np.isfinite(self.priority) & (self.priority >= 0)
+        self._refuse(~ok, "priority", ", expected a finite number of 0 or more")
+        self._refuse(~(np.abs(self.tier) < 1e9) | (self.tier % 1 != 0), "tier", ", expected a whole number")
+        self._refuse(~np.isin(self.parity, (-1, 0, 1)), "parity", ", expected +1 (right), -1 (left) or 0 (either)")
+
+    def _refuse(self, bad: np.ndarray, name: str, expected: str) -> None:
+        """Raise for the first True of `bad`, naming its row and value."""
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise TargetError(f"{self.source}: {self.rows[row]}: {name} is {getattr(self, name)[row]:g}{expected}")
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def __repr__(self) -> str:
+        return f"<Catalogue: {len(self)} targets from '{shortened(self.source)}'>"
+
+    @classmethod
+    def of(cls, given: Any) -> "Catalogue":
+        """A catalogue from a `Catalogue`, a `Targets` (whoever they are of), a table of astropy, or a file's path.
+
+        Raises:
+            TargetError: none of these, or one that cannot be used; one line that names column, row and value.
+        """
+        if isinstance(given, Catalogue):
+            return given
+        if isinstance(given, Targets):
+            shared = ("x", "y", "priority", "fiber", "parity", "source", "rows")
+            fields: dict[str, Any] = {name: getattr(given, name) for name in shared}
+            return cls(**fields)
+        if isinstance(given, Table):
+            return cls._from(input_table(given, "catalogue", TargetError))
+        if isinstance(given, str | os.PathLike):
+            return cls.read(given)
+        raise TargetError(f"a catalogue is a table, targets or the path of a file, not {type(given).__name__}")
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> "Catalogue":
+        """A catalogue from any table that astropy reads.
+
+        Columns: ``x``, ``y`` [mm]; optionally ``id``, ``priority``, ``tier``, ``fiber``, ``category``, ``parity``.
+        Units in brackets are assumed where none are given; an empty cell is as a column that is missing.
+
+        Raises:
+            TargetError: a file, column, unit or value that cannot be used; one line that names it.
+        """
+        return cls._from(read_table(path, TargetError, wanted=(("x", "y"),)))
+
+    @classmethod
+    def _from(cls, table: InputTable) -> "Catalogue":
+        columns = ("x", "y", "id", "priority", "tier", "fiber", "category", "parity")
+        table.refuse_twins(*columns)
+        table.require("x", "y")
+        fields: dict[str, Any] = {name: table.numbers(name, "mm") for name in ("x", "y")}
+        blanks = {"priority": 1.0, "tier": 1.0, "parity": 0.0}
+        fields |= {name: table.numbers(name, blank=blank) for name, blank in blanks.items() if name in table}
+        if "id" in table:
+            ids = table.names("id", blank="")
+            fields["ids"] = tuple(id_ or row for id_, row in zip(ids, table.rows, strict=True))
+        if "fiber" in table:
+            fields["fiber"] = table.texts("fiber", blank="")
+        if "category" in table:
+            fields["category"] = table.texts("category", blank=SCIENCE)
+        return cls(**fields, source=table.source, rows=table.rows)

@@ -1,0 +1,103 @@
+"""The motion in the loop: whoever is lost on the way loses its target to another, and all is planned again.
+
+A plan that loses a positioner names those in its way. Their options and its own, all together, are ruled out; around
+them the choice is made anew, everything else standing as it is; and the motion is planned again. What is ruled out
+stays so, and there are finitely many combinations; after a few rounds an option that is lost is ruled out alone.
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.plan import Outcome, Plan
+from fiberplan.planners.protocol import Planner
+from fiberplan.problem import Problem, Targets
+from fiberplan.survey.catalogue import Catalogue
+from fiberplan.survey.choices import Choices
+from fiberplan.survey.conflicts import ConflictTable
+from fiberplan.survey.local_search import local_search
+
+_JOINTLY = 8  #: rounds in which combinations are ruled out; after that, single options
+_ROUNDS = 30  #: after which whoever is still lost has no target
+_TRIES = 200  #: steps of local search for each option around a loss
+
+
+class Arrived(NamedTuple):
+    """A set of options that all arrive."""
+
+    chosen: np.ndarray  #: options, in rising order
+    choices: Choices  #: with the combinations that were ruled out
+    plan: Plan | None
+    rounds: int  #: times that was planned
+
+
+def targets_of(there: Problem, catalogue: Catalogue, table: ConflictTable, chosen: np.ndarray) -> Targets | None:
+    """The targets of these options as a plan takes them, with the angles that were found not to touch; None if none."""
+    if not len(chosen):
+        return None
+    rows = table.options.target[chosen]
+    fiber = catalogue.fiber
+    assert fiber is not None  # set on construction
+    return Targets(
+        x=catalogue.x[rows],
+        y=catalogue.y[rows],
+        positioner=tuple(there.plane.ids[i] for i in table.options.positioner[chosen]),
+        priority=catalogue.priority[rows],
+        fiber=tuple(fiber[row] for row in rows.tolist()) if any(fiber) else None,
+        angles=table.options.angles[chosen],
+        source=catalogue.source,
+        rows=tuple(catalogue.rows[row] for row in rows.tolist()),
+    )
+
+
+def goals_of(there: Problem, catalogue: Catalogue, table: ConflictTable, chosen: np.ndarray) -> Problem:
+    """The problem of bringing everyone to these options, from where they stand."""
+    goal, priority = np.full((there.n, 2), np.nan), np.ones(there.n)
+    who = table.options.positioner[chosen]
+    goal[who], priority[who] = table.options.angles[chosen], catalogue.priority[table.options.target[chosen]]
+    return dataclasses.replace(there, goal=goal, priority=priority, conflicts="drop")
+
+
+def arriving(
+    there: Problem,
+    catalogue: Catalogue,
+    table: ConflictTable,
+    choices: Choices,
+    chosen: np.ndarray,
+    planner: Planner,
+    seed: int,
+) -> Arrived:
+    """Plan the motion to `chosen`, and choose again around whoever is lost until nobody is."""
+    ruled: list[np.ndarray] = []
+    for rounds in range(1, _ROUNDS + 1):
+        plan = planner.plan(goals_of(there, catalogue, table, chosen))
+        lost = chosen[np.isin(choices.robot[chosen], plan.lost)]
+        if not len(lost):
+            break
+        ruled += [_combination(plan, choices, chosen, v, rounds <= _JOINTLY) for v in lost.tolist()]
+        choices = choices.without(ruled)
+        kept_first = np.concatenate([np.setdiff1d(chosen, lost), lost])
+        near = _around(there, choices, choices.robot[lost])
+        chosen = local_search(choices, _TRIES * len(near), seed, begin=kept_first, around=near)
+    arrived = ~np.isin(choices.robot[chosen], plan.lost)  # whoever the last round lost has nothing
+    return Arrived(chosen[arrived], choices, plan, rounds)
+
+
+def _combination(plan: Plan, choices: Choices, chosen: np.ndarray, v: int, jointly: bool) -> np.ndarray:
+    """The option v, which was lost, and those of whoever was in its way."""
+    i = int(choices.robot[v])
+    if not jointly or plan.outcomes[i] is Outcome.INFEASIBLE:
+        return np.array([v])
+    others = np.isin(choices.robot[chosen], plan.blockers.get(i, ()))
+    return np.union1d([v], chosen[others])
+
+
+def _around(there: Problem, choices: Choices, robots: np.ndarray) -> np.ndarray:
+    """Options of these positioners and of all that could touch them."""
+    pairs = there.plane.pairs_within(there.margin)
+    inside = np.zeros(there.n, bool)
+    inside[robots] = True
+    beside = inside[pairs].any(axis=1)
+    inside[pairs[beside].ravel()] = True
+    return np.flatnonzero(inside[choices.robot])
