@@ -168,9 +168,9 @@ class Claims:
             for own in self.arms[: self.n] if i < 0 else self.arms[i : i + 1]:
                 own.append(shape)
         self.place = columns(self.table, "base_x", "base_y", "length", "zero_alpha", "zero_beta")
-        self.bar = columns(self.table, *BAR) if BAR[0] in self.table.dtype.names else np.zeros((self.n, 0))
+        self.bar = columns(self.table, *BAR) if BAR[0] in str(self.table.dtype.names) else np.zeros((self.n, 0))
         self.margin, self.error = float(self.said["problem"]["margin"]), np.zeros(len(self.arms))
-        if "position_error" in self.problem.dtype.names:
+        if "position_error" in str(self.problem.dtype.names):
             self.error[: self.n] = self.problem["position_error"]
         lengths = np.array([self.margin, *self.error, *self.place[:, 2]])
         refuse(not (lengths >= 0).all(), "a length, the margin or a position error is not 0 or more")

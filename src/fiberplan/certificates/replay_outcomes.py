@@ -130,21 +130,20 @@ def _outcomes(claims: Claims) -> Iterator[str]:
 
 def _arrives(claims: Claims, i: int, goal: np.ndarray) -> bool:
     """Whether every fiber of positioner i ends where it is in one of the configurations at its goal."""
-    end = claims.knots[i][-1, 1:]
-    ends, names = [goal], claims.problem.dtype.names or ()
-    if "alternatives_alpha" in names:
-        ends += _joints(claims.problem, "alternatives")[i : i + 1].reshape(2, -1).T.tolist()
+    ends = goal[None]
+    if "alternatives_alpha" in (claims.problem.dtype.names or ()):
+        ends = np.vstack([ends, _joints(claims.problem, "alternatives")[i].reshape(2, -1).T])
     fibers = [x for x in claims.table.dtype.names or () if re.fullmatch(r"fiber\d+_x", x)]
     offsets = [acb(float(claims.table[x][i]), float(claims.table[f"{x[:-1]}y"][i])) for x in fibers]
     carried = [offset for offset in offsets if offset.is_finite()]
 
     def places(angles: np.ndarray) -> list[acb]:
-        origin, _, turn, _ = claims.links(i, *(arb(float(x)) for x in angles), arb(0), arb(0))[2]
+        alpha, beta = map(arb, angles.tolist())
+        origin, _, turn, _ = claims.links(i, alpha, beta, arb(0), arb(0))[2]
         return [origin + turn * offset for offset in carried]
 
-    return bool(carried) and any(
-        all(abs(z - w) < ARRIVAL for z, w in zip(places(end), places(at), strict=True)) for at in ends
-    )
+    end = places(claims.knots[i][-1, 1:])
+    return bool(carried) and any(all(abs(z - w) < ARRIVAL for z, w in zip(end, places(at), strict=True)) for at in ends)
 
 
 def _openings(claims: Claims) -> Iterator[str]:

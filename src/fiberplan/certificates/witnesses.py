@@ -23,8 +23,7 @@ from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import meet
 from fiberplan.kernels.compile import kernel, leaf, record
 from fiberplan.kernels.depth import signed_gap
-from fiberplan.kernels.even_motion import rates
-from fiberplan.kernels.four_bar import largest_acceleration
+from fiberplan.kernels.four_bar import largest_acceleration, rates
 from fiberplan.motion import Trajectory
 from fiberplan.tolerances import NEAR, OPENING, ROUNDING
 
