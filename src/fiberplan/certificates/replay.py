@@ -154,8 +154,10 @@ class Claims:
     def __init__(self, content: bytes):
         try:
             self._take(read_tables(content))
-        except (LookupError, TypeError, AttributeError, OSError, ValueError, RecursionError) as error:
-            raise BadFileError(str(error) if isinstance(error, BadFileError) else f"cannot be used ({error})") from None
+        except Exception as error:  # readers of FITS and JSON raise what they like on a damaged file
+            raise BadFileError(
+                str(error) if isinstance(error, BadFileError) else f"cannot be used ({error!r})"
+            ) from None
 
     def _take(self, tables: dict[str, np.ndarray]) -> None:
         self.tables, self.table, self.problem, knots = tables, tables["POSITIONERS"], tables["PROBLEM"], tables["KNOTS"]

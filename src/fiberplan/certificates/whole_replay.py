@@ -15,7 +15,7 @@ from fiberplan.certificates.replay import Claims
 from fiberplan.certificates.replay_outcomes import faults, label, not_replayed
 
 _CHUNK = 32  # pairs that are handed to a process at a time
-_WORTH = 256  # pairs from which on more processes than one pay
+_WORTH = 200  # pairs from which on more processes than one pay
 
 _here: list[Claims] = []  # of a process that judges pairs
 
