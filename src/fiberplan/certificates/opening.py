@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fiberplan.certificates.along_axis import least_gap_along
 from fiberplan.certificates.bisection import more_looks, too_short
 from fiberplan.certificates.path import knot_near_middle, state, top_speed
-from fiberplan.kernels.arms import frame, vertex
+from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import meet
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.depth import signed_clearance, signed_gap
-from fiberplan.kernels.even_motion import vertex_speed_along
 from fiberplan.kernels.four_bar import largest_acceleration, rates
 from fiberplan.tolerances import OPENING, ROUNDING
 
@@ -50,18 +50,8 @@ def _signed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h):
             if np.isnan(gap):
                 return gap, -np.inf
             now = min(now, gap - radii)
-            late_p, early_p, late_q, early_q = -np.inf, -np.inf, np.inf, np.inf
-            for k in range(arms.piece[p].first, arms.piece[p].last):
-                x, y = vertex(arms, frame_i, arms.piece[p].link, k)
-                along = x * nx + y * ny
-                drift = h * vertex_speed_along(frame_i, rates_i, arms.piece[p].link, x, y, nx, ny)
-                late_p, early_p = max(late_p, along + drift), max(early_p, along - drift)
-            for k in range(arms.piece[q].first, arms.piece[q].last):
-                x, y = vertex(arms, frame_j, arms.piece[q].link, k)
-                along = x * nx + y * ny
-                drift = h * vertex_speed_along(frame_j, rates_j, arms.piece[q].link, x, y, nx, ny)
-                late_q, early_q = min(late_q, along + drift), min(early_q, along - drift)
-            bound = min(bound, min(late_q - late_p, early_q - early_p) - bend - radii)
+            gap = least_gap_along(arms, frame_i, rates_i, p, frame_j, rates_j, q, nx, ny, h)
+            bound = min(bound, gap - bend - radii)
     return now, bound - ROUNDING
 
 

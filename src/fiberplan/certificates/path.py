@@ -4,9 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.kernels.arms import motion
+from fiberplan.arrays import read_only
+from fiberplan.kernels.arms import Arms, motion
 from fiberplan.kernels.compile import kernel, leaf, record
 from fiberplan.kernels.four_bar import leaves_range
+from fiberplan.motion import Trajectory
 from fiberplan.tolerances import ROUNDING
 
 KNOT = record(
@@ -100,6 +102,14 @@ def zone_entries(arms, offsets, knots):
     return out
 
 
+def as_motion(arms: Arms, trajectory: Trajectory) -> Motion:
+    """A trajectory of these arms as the kernels take it."""
+    knots = np.zeros(len(trajectory.times), KNOT)
+    knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
+    measure(arms, trajectory.offsets, knots)
+    return Motion(trajectory.offsets, read_only(knots, KNOT), trajectory.duration)
+
+
 @leaf
 def last_knot(path, i, t):
     """Index of the last knot of positioner i at or before t, or its first knot."""
@@ -111,6 +121,17 @@ def last_knot(path, i, t):
         else:
             hi = mid
     return lo
+
+
+@leaf
+def next_knot(path, i, t):
+    """Time of the first knot of arm i after t [s]; inf if there is none."""
+    if i >= len(path.offsets) - 1:
+        return np.inf
+    k = last_knot(path, i, t)
+    if path.knots[k].time > t:
+        return path.knots[k].time
+    return path.knots[k + 1].time if k + 1 < path.offsets[i + 1] else np.inf
 
 
 @leaf

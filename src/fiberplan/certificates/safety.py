@@ -12,7 +12,7 @@ import numpy as np
 from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
 from fiberplan.certificates.opening import Opening, judge_opening
-from fiberplan.certificates.path import KNOT, Motion, measure, rounding, zone_entries
+from fiberplan.certificates.path import Motion, as_motion, rounding, zone_entries
 from fiberplan.certificates.violations import violations
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
@@ -137,7 +137,7 @@ def verify(
     error, jitter = error + motion_bounds(plane, executed.joint_error), jitter + executed.clock_error
     if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
-    path = _as_motion(plane, trajectory)
+    path = as_motion(plane.arms, trajectory)
     drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
     errors = np.concatenate([error, np.zeros(len(plane.obstacles))])
     errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))
@@ -209,13 +209,6 @@ def _opened(
         for n, k in enumerate(rows)
         if np.isnan(failed[n])
     }
-
-
-def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
-    knots = np.zeros(len(trajectory.times), KNOT)
-    knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
-    measure(plane.arms, trajectory.offsets, knots)
-    return Motion(trajectory.offsets, read_only(knots, KNOT), trajectory.duration)
 
 
 def _zones(plane: FocalPlane, path: Motion) -> tuple[ZoneEntry, ...]:

@@ -17,6 +17,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan verify plan.fits --margin 0.5 --jitter 0.1", "clocks may be off by 0.1 s"),
         ("fiberplan verify plan.fits --instrument sdss", "on another description of the array"),
     ),
+    "replay": (
+        ("fiberplan replay plan.fits", "does every claim in the file hold?"),
+        ("fiberplan replay new.fits --since plan.fits", "after amend: only what changed"),
+    ),
     "diagnose": (
         ("fiberplan diagnose plan.fits", "why who did not arrive, and what took the time"),
         ("fiberplan diagnose plan.fits --json", "the same for programs"),

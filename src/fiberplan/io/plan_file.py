@@ -1,4 +1,4 @@
-"""Plans as FITS files, format 2 (the columns are listed in ``docs/plan-format.md``).
+"""Plans as FITS files, format 3 (the columns are listed in ``docs/plan-format.md``).
 
 A file holds all that is needed to check and rebuild a plan: the focal plane, knots, problem, the certificate as it was
 when written, and what remains as one JSON string, because FITS header floats lose bits. Reading trusts no stored proof:
@@ -18,18 +18,18 @@ from fiberplan.tables.contents import read_whole
 from fiberplan.tables.table_reader import one_line
 
 
-def write_plan(plan: Plan, path: str | os.PathLike) -> None:
-    """Write a plan with its certificate; the file appears whole or not at all.
+def write_plan(plan: Plan, path: str | os.PathLike, certificate: bool = True) -> None:
+    """Write a plan, with what shows it safe unless not wanted; the file appears whole or not at all.
 
     Raises:
         PlanError: the file cannot be written; what was there before is kept.
     """
-    write_whole(path, plan_bytes(plan), PlanError)
+    write_whole(path, plan_bytes(plan, certificate), PlanError)
 
 
-def plan_bytes(plan: Plan) -> bytes:
+def plan_bytes(plan: Plan, certificate: bool = True) -> bytes:
     """The plan file's content, the same for the same plan."""
-    return seal(PLAN, plan_hdus(plan))
+    return seal(PLAN, plan_hdus(plan, certificate))
 
 
 def is_plan(content: bytes) -> bool:

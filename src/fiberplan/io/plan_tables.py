@@ -14,6 +14,7 @@ from astropy.io import fits
 
 from fiberplan.certificates import Certificate, Contact, ZoneEntry
 from fiberplan.certificates.opening import Opening
+from fiberplan.certificates.witnesses import witnesses
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane.geometry import Geometry
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
@@ -26,8 +27,11 @@ _ANGLES = ("start", "goal", "requested")
 _SAID = {"planner": str, "parameters": dict, "seed": int, "timings": dict, "notes": list, "problem": dict}
 
 
-def plan_hdus(plan: Plan) -> list[fits.BinTableHDU]:
-    """The tables of the focal plane, POSITIONERS with outcomes, then KNOTS, PROBLEM, CERTIFICATE, PARAMETERS."""
+def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
+    """The tables of the focal plane, POSITIONERS with outcomes, then KNOTS, PROBLEM, CERTIFICATE, PARAMETERS.
+
+    With `certificate`, CERTIFICATE_AXES too: what shows each pair clear, for `fiberplan replay`.
+    """
     about, positioners, *others = plane_hdus(plan.problem.plane)
     outcomes = table_hdu("", {"outcome": [outcome.name for outcome in plan.outcomes]})
     return [
@@ -37,6 +41,7 @@ def plan_hdus(plan: Plan) -> list[fits.BinTableHDU]:
         _knots(plan.trajectory),
         _problem_table(plan),
         _proof_table(plan.certificate),
+        *([_axes_table(plan)] if certificate else []),
         table_hdu("PARAMETERS", {"json": [json.dumps(_parameters(plan), default=_plain)]}),
     ]
 
@@ -250,6 +255,15 @@ def _problem_table(plan: Plan) -> fits.BinTableHDU:
     if problem.wished.any():
         columns["wished"] = problem.wished
     return table_hdu("PROBLEM", columns, units)
+
+
+def _axes_table(plan: Plan) -> fits.BinTableHDU:
+    problem, proof = plan.problem, plan.certificate
+    assert problem.position_error is not None  # set on construction
+    rows = witnesses(problem.plane, plan.trajectory, problem.margin, problem.position_error, proof.opening)
+    columns = {"first": rows.pairs[:, 0], "second": rows.pairs[:, 1]}
+    columns |= {"begin": rows.begin, "end": rows.end, "axis": rows.axis}
+    return table_hdu("CERTIFICATE_AXES", columns, {"begin": "s", "end": "s", "axis": "rad"})
 
 
 def _proof_table(proof: Certificate) -> fits.BinTableHDU:

@@ -28,7 +28,7 @@ class Kind(NamedTuple):
     prefix: str  #: the digest begins with this and the version
 
 
-PLAN = Kind("FPFORMAT", 2, "plan", "fiberplan")
+PLAN = Kind("FPFORMAT", 3, "plan", "fiberplan")
 FOCAL_PLANE = Kind("FPPLANE", 1, "focal plane", "fiberplan focal plane")
 
 

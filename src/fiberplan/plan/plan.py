@@ -225,13 +225,17 @@ class Plan(Frozen):
         table.meta.update(about(self))
         return table
 
-    def write(self, path: str | os.PathLike) -> None:
+    def write(self, path: str | os.PathLike, certificate: bool = True) -> None:
         """Write everything, with its certificate, as one FITS file.
+
+        Args:
+            path: of the file.
+            certificate: whether what shows each pair clear is written too, which `fiberplan replay` checks.
 
         Raises:
             PlanError: the file cannot be written; what was there before is kept.
         """
-        io_function("write_plan")(self, path)
+        io_function("write_plan")(self, path, certificate)
 
     @classmethod
     def read(cls, path: str | os.PathLike) -> "Plan":

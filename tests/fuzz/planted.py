@@ -1,0 +1,93 @@
+"""Contacts planted where a checker could miss them: `verify` has to tell each.
+
+Arms stand in twos, each with an obstacle near, too far from others to matter. Two of each are brought at one moment to
+a configuration whose clearance shapely knows, and the room that they are to keep is larger by the planted depth, down
+to 1e-6 mm. They come from elsewhere and go on: slowly, or so fast that they touch for less than a millisecond; between
+knots, or at a knot that both share; at times as of now, since 1970; with one that cannot move; one inside the other.
+"""
+
+import numpy as np
+
+import fiberplan as fp
+from fiberplan.focal_plane.bodies import Obstacle
+from fiberplan.motion import Trajectory
+from references import STAR, four_bar_plane, sampled_clearance, varied_plane
+
+DEPTHS = (1e-6, 1e-6, 1e-4, 1e-2, 0.3)  #: [mm] how much nearer than they should they come
+KINDS = ("between knots", "shared knot", "brief", "Unix time", "offline", "containment")
+UNIX = 1.75e9  # [s]
+APART = 400.0  # [mm] from two to two
+
+
+def planted(rng: np.random.Generator, folder) -> None:
+    """Fifteen twos: none of their contacts is missed."""
+    there, missed = contacts(rng, 15)
+    assert not missed, f"of {there} planted contacts these are missed: {missed}"
+
+
+def contacts(rng, count):
+    """How many contacts are planted among `count` twos, and (pair, kind, depth) of those that `verify` misses."""
+    bars = bool(rng.random() < 0.25)
+    plane = (four_bar_plane if bars else varied_plane)(rng, 2 * count)
+    n, middle = plane.n, APART * np.arange(count)[:, None] * [1.0, 0.0]
+    beside = middle + rng.uniform(-15, 15, (count, 2))
+    shapes = (([[0.0, 0.0]], 1.0, False), ([[-3.0, 0.0], [4.0, 2.0], [4.0, 9.0]], 0.5, False), (2.0 * STAR, 0.1, True))
+    posts = (shapes[rng.integers(3)] for _ in range(count))
+    obstacles = (Obstacle(f"post {c}", np.add(p, beside[c]), r, closed) for c, (p, r, closed) in enumerate(posts))
+    plane = plane.replace(
+        base=np.repeat(middle, 2, axis=0) + rng.uniform(-10, 10, (n, 2)),
+        obstacles=tuple(obstacles),
+        max_speed=np.full((n, 2), 1e6),
+    )
+    online, error, knots, made = np.ones(n, bool), np.zeros(n), {}, {}
+    for c in range(count):
+        pair, kind = (2 * c, 2 * c + 1 if rng.random() < 0.7 else n + c), str(rng.choice(KINDS))
+        there = _configuration(rng, plane, *pair, inside=kind == "containment")
+        if there is None:
+            continue
+        (first, second), gap = there
+        depth = float(rng.choice(DEPTHS))
+        error[pair[0]] = max(gap + depth, 0.0)
+        if kind == "offline" and pair[1] < n:
+            online[rng.choice(pair)] = False
+        still = {k for k in pair if k >= n or not online[k]}
+        knots |= _past(rng, bars, dict(zip(pair, (first, second), strict=True)), still, kind)
+        made[pair] = kind, depth
+    whole = [knots.get(i, ([0.0], [plane.folded[i]])) for i in range(n)]
+    owner = np.repeat(np.arange(n), [len(times) for times, _ in whole])
+    times, angles = (np.concatenate([np.asarray(own[part], float) for own in whole]) for part in (0, 1))
+    plane = plane.replace(online=online)
+    proof = fp.verify(plane, Trajectory.from_knots(owner, times, angles, n), position_error=error)
+    told = {contact.pair for contact in (*proof.contacts, *proof.undecided)}
+    past = {zone.positioner for zone in proof.zones}  # past a zone of avoidance nothing else is claimed
+    made = {pair: what for pair, what in made.items() if not past.intersection(pair)}
+    return len(made), [(pair, *what) for pair, what in made.items() if (pair[0], plane.public(pair[1])) not in told]
+
+
+def _configuration(rng, plane, i, arm, inside):
+    """Angles of both at which they are near, or one inside the other, and their clearance [mm]; None: not found."""
+    turn = rng.uniform(-np.pi, np.pi, (2, 12, 2))
+    if plane.kinematics.has_avoidance:  # small turns, so that sliders stay in their ranges
+        turn = 0.15 * turn + np.stack([plane.folded[k] if k < plane.n else np.zeros(2) for k in (i, arm)])[:, None]
+    gaps = sampled_clearance(plane, i, arm, *turn)
+    near = np.flatnonzero(gaps < 0.0 if inside else (gaps > 0.0) & (gaps < 20.0))
+    if not len(near):
+        return None
+    k = int(rng.choice(near))
+    return turn[:, k], float(gaps[k])
+
+
+def _past(rng, bars, through, still, kind):
+    """Knots (times, angles) that take arms `through` configurations at one moment, but those that stand `still`."""
+    at = UNIX if kind == "Unix time" else float(rng.uniform(4.0, 50.0))
+    span = 2e-4 if kind == "brief" else float(rng.uniform(0.2, 3.0))
+    knots = {}
+    for k, angles in through.items():
+        step = rng.normal(0.0, 0.02 if bars else 0.5, (2, 2))
+        if k in still:
+            knots[k] = [at], [angles]
+        elif kind in ("shared knot", "Unix time", "brief"):
+            knots[k] = [at - span, at, at + span], [angles + step[0], angles, angles + step[1]]
+        else:  # in the middle of a straight piece
+            knots[k] = [at - span, at + span], [angles - step[0], angles + step[0]]
+    return knots
