@@ -3,13 +3,16 @@
 ``python benchmarks/hardware.py sdss --fields 50`` plans seeded fields, writes each for the controllers, and prints for
 how many what is read back is proven at the planned margin less 0.05 mm, CPU seconds of an export (median and worst,
 proof included), and how much longer motors take than the plan. ``faults`` plants faults into exports and compares
-what audits find with dense sampling. Real arrays are read from ``--data``.
+what audits find with dense sampling; ``simulate`` executes one plan many times, with clocks and joints that are off.
+Real arrays are read from ``--data``.
 """
 
 import argparse
+import dataclasses
 import json
 import statistics
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
@@ -18,11 +21,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import fiberplan as fp
+from fiberplan.certificates.touching import Touching
 from fiberplan.errors import PlanError
 from fiberplan.hardware import desi, moons, pfs, sdss
 from fiberplan.hardware.audit import audit
 from fiberplan.hardware.certified import ALLOWANCE
+from fiberplan.hardware.simulated import Faults, proof_within, simulated
 from fiberplan.instruments.desi import petal
+from fiberplan.motion import Executed
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.shaping import plan_for_motors
 from measure import timed
@@ -200,14 +206,35 @@ def faults(count: int, data: Path) -> None:
     )
 
 
+RUNS = Faults(latency=0.02, drift=1e-4, tracking=np.radians(0.05), step=np.radians(0.01))  #: of `simulate`
+
+
+def simulate(count: int, data: Path) -> None:
+    """Runs of a plan of the built-in SDSS, at 0.8 mm, with clocks and joints within what the proof has room for."""
+    plane = fp.FocalPlane.load("sdss")
+    start, goal = (uniform_field(plane, seed, 0.8) for seed in (0, 1))
+    plan = fp.planners.Direct(budget=20.0).plan(fp.Problem(plane, start, goal, 0.8))
+    proof = proof_within(plane, Executed.exactly(plan.trajectory), RUNS)
+    touching = Touching(plane)
+    touching.contacts(simulated(plan.trajectory, RUNS))  # compiles
+    begun = time.process_time()
+    touched = sum(bool(touching.contacts(simulated(plan.trajectory, RUNS, seed))) for seed in range(count))
+    minutes = (time.process_time() - begun) / 60
+    said = f"{plane.n} robots, {plan.makespan:.1f} s, proof with these clocks and joints: {proof}"
+    print(f"simulate: {said}; {touched} of {count} runs touch; {count / minutes:,.0f} runs a minute of CPU", flush=True)
+    late = dataclasses.replace(RUNS, latency=1.0, abort=0.5 * plan.makespan, any_stall=1)
+    touched = sum(bool(touching.contacts(simulated(plan.trajectory, late, seed))) for seed in range(200))
+    print(f"simulate: up to 1 s late, one stalls, aborted half way: {touched} of 200 runs touch")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=(*CASES, "faults"))
-    parser.add_argument("--fields", type=int, default=50, help="fields, or faults")
+    parser.add_argument("what", choices=(*CASES, "faults", "simulate"))
+    parser.add_argument("--fields", type=int, default=50, help="fields, faults or runs")
     parser.add_argument("--data", type=Path, default=DATA)
     given = parser.parse_args()
-    if given.what == "faults":
-        faults(given.fields, given.data)
+    if given.what in ("faults", "simulate"):
+        {"faults": faults, "simulate": simulate}[given.what](given.fields, given.data)
     else:
         exports(given.what, given.fields, given.data)
 

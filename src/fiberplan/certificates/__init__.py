@@ -6,6 +6,7 @@
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
+- `touching`: contacts of many motions, and nothing else of them
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable`, by flooding boxes of joint space
 """

@@ -31,6 +31,11 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan audit sdss night/*.json --margin 0.8 -o night.html", "a night of trajectories"),
         ("fiberplan audit fp-20260219.ecsv moves.csv --state fp-20260219.ecsv", "DESI's move tables"),
     ),
+    "simulate": (
+        ("fiberplan simulate sdss traj.json --abort 10 -o state.ecsv", "where an abort leaves all"),
+        ("fiberplan simulate sdss traj.json --latency 0.05 --runs 1000", "late starts, a thousand times"),
+        ("fiberplan simulate sdss traj.json --any-stall 1 --runs 1000", "which stall is dangerous?"),
+    ),
     "amend": (
         ("fiberplan amend plan.fits R0C1 -12.5 3.25 -o new.fits", "another target, in mm"),
         ("fiberplan amend plan.fits R0C1 --angles 90 120 -o new.fits", "the same in degrees"),
