@@ -3,14 +3,17 @@
 ``python benchmarks/hardware.py sdss --fields 50`` plans seeded fields, writes each for the controllers, and prints for
 how many what is read back is proven at the planned margin less 0.05 mm, CPU seconds of an export (median and worst,
 proof included), and how much longer motors take than the plan. ``faults`` plants faults into exports and compares
-what audits find with dense sampling. Real arrays are read from ``--data``.
+what audits find with dense sampling; ``simulate`` executes one plan many times, with clocks and joints that are off.
+Real arrays are read from ``--data``.
 """
 
 import argparse
+import dataclasses
 import json
 import statistics
 import tempfile
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,13 +21,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import fiberplan as fp
+from fiberplan.certificates.touching import Touching
 from fiberplan.errors import PlanError
-from fiberplan.hardware import desi, moons, pfs, sdss
+from fiberplan.hardware import CONTROLLERS, sdss
 from fiberplan.hardware.audit import audit
 from fiberplan.hardware.certified import ALLOWANCE
+from fiberplan.hardware.planned import fitted, plan_for
+from fiberplan.hardware.simulated import Faults, proof_within, simulated
 from fiberplan.instruments.desi import petal
+from fiberplan.motion import Executed
 from fiberplan.scenes.uniform import uniform_field
-from fiberplan.shaping import plan_for_motors
 from measure import timed
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -36,39 +42,34 @@ class Case(NamedTuple):
 
     plane: fp.FocalPlane
     margin: float  # [mm]
-    write: Callable[..., Any]
+    controller: str
     ending: str
-    room: float = 0.0  # that is planned besides the margin, for rows that follow the plan loosely [mm]
     budget: float = 60.0  # of the planner
-    shaped: bool = False  # planned again where whole steps come too near
 
 
 @cache
 def sdss_547(data: Path) -> Case:
     """547 arms of Sayres2021 at SDSS' speed."""
     plane = fp.FocalPlane.load("sayres2021")
-    return Case(plane.replace(max_speed=np.full((plane.n, 2), SDSS_SPEED)), 1.0, sdss.write, "json")
+    return Case(plane.replace(max_speed=np.full((plane.n, 2), SDSS_SPEED)), 1.0, "sdss", "json")
 
 
 @cache
 def desi_petal(data: Path) -> Case:
     """Petal 0 as it was in February 2026, at 0.8 of cruise speed."""
-    plane = petal(fp.FocalPlane.load(data / "desi" / "fp-20260219.ecsv"), 0)
-    plane = desi.with_room_for_the_tail(plane)
-    return Case(plane.replace(max_speed=0.8 * plane.max_speed), 0.1, desi.write, "csv", room=0.4, budget=5.0)
+    return Case(petal(fp.FocalPlane.load(data / "desi" / "fp-20260219.ecsv"), 0), 0.1, "desi", "csv", 5.0)
 
 
 @cache
 def moons_case(data: Path, size: int) -> Case:
     """A case of the MOONS prototype, with the limits of the driver."""
-    plane = fp.FocalPlane.load(data / "moons" / str(size) / "positioners.cfg")
-    return Case(moons.with_the_drivers_limits(plane), 0.1, moons.write, "json", shaped=True)
+    return Case(fp.FocalPlane.load(data / "moons" / str(size) / "positioners.cfg"), 0.1, "moons", "json")
 
 
 @cache
 def pfs_2394(data: Path) -> Case:
     """The built-in PFS: 2,394 cobras of nominal measures."""
-    return Case(fp.FocalPlane.load("pfs"), 0.1, pfs.write, "csv")
+    return Case(fp.FocalPlane.load("pfs"), 0.1, "pfs", "csv")
 
 
 CASES = {
@@ -82,60 +83,54 @@ CASES = {
 
 def problems(case: Case, fields: int) -> Iterator[fp.Problem]:
     """From field 2 k to field 2 k + 1; those that are offline stay folded."""
-    plane = case.plane
+    plane = fitted(case.plane, case.controller)
     for seed in range(fields):
         start, goal = (uniform_field(plane, number, case.margin) for number in (2 * seed, 2 * seed + 1))
         here = np.where(plane.online[:, None], start, plane.folded)
         there = np.where(plane.online[:, None], goal, np.nan)
-        yield fp.Problem(plane, here, there, case.margin + case.room, conflicts="drop", near_start="open")
+        yield fp.Problem(plane, here, there, case.margin, conflicts="drop", near_start="open")
 
 
 def exports(name: str, fields: int, data: Path) -> None:
     case, folder = CASES[name](data), Path(tempfile.mkdtemp())
-    seconds, longer, counts, proven, refused, lacking = [], [], [], 0, [], []
+    export, planning, longer, part, counts, asked, refused = [], [], [], [], [], [], []
     for seed, problem in enumerate(problems(case, fields)):
-        planner = fp.planners.Direct(seed=seed, budget=case.budget)
-        if case.shaped:
-            plan = plan_for_motors(planner, problem, segment=moons.SEGMENT, step=moons.STEP)
-        else:
-            plan = planner.plan(problem)
-        allowance = ALLOWANCE + case.room
-        path = folder / f"{seed}.{case.ending}"
-
-        def attempt() -> Any:
-            try:
-                return case.write(plan, path, allowance=allowance)  # noqa: B023 (called at once)
-            except PlanError as error:
-                return error
-
-        cpu, _, done = timed(attempt)
-        if seed:  # the first compiles
-            seconds.append(cpu)
-        print(
-            f"  seed {seed}: {plan}; {'refused' if isinstance(done, PlanError) else 'certified'}, {cpu:.3f} s",
-            flush=True,
-        )
-        if isinstance(done, PlanError):
-            refused.append(f"seed {seed}: {done}")
-            lacking.append(len(done.certificate.contacts) if getattr(done, "certificate", None) else 0)
+        planner, path = fp.planners.Direct(seed=seed, budget=case.budget), folder / f"{seed}.{case.ending}"
+        free = planner.plan(problem)
+        try:
+            cpu, _, plan = timed(lambda: plan_for(case.controller, planner, problem))  # noqa: B023 (called at once)
+            planning.append(cpu)
+            asked.append(plan.notes[-1])
+            cpu, _, done = timed(lambda: CONTROLLERS[case.controller].write(plan, path))  # noqa: B023
+        except PlanError as error:
+            refused.append(f"seed {seed}: {error}")
+            print(f"  seed {seed}: {free}; refused", flush=True)
             continue
-        proven += 1
-        longer.append(done.executed.trajectory.duration - plan.makespan - done.facts.get("delay", 0.0))
+        if seed:  # the first compiles
+            export.append(cpu)
+        longer.append(done.executed.trajectory.duration - free.makespan - done.facts.get("delay", 0.0))
+        part.append(longer[-1] / free.makespan)
         counts.append(_points(path))
+        said = f"{asked[-1]}, {planning[-1]:.1f} s; {longer[-1]:.3f} s longer; exported in {cpu:.3f} s"
+        print(f"  seed {seed}: {free}; {int(free.kept - plan.kept)} more lost; {said}", flush=True)
+    proven = len(longer)
+    print(f"{name}: {proven} of {fields} certified as executed at {case.margin:g} mm less {ALLOWANCE:g}")
+    if not proven:
+        return
+    times = [int(note.split()[1]) for note in asked]
+    led = [int(note.split(", ")[1].split()[0]) if "led" in note else 0 for note in asked]
+    print(f"  planned {np.mean(times):.2f} times, worst {max(times)}; led anew {np.median(led):g}, most {max(led)}")
+    print(f"  planning: {statistics.median(planning):.1f} s of CPU, worst {max(planning):.1f} s")
+    if export:
+        print(f"  export with proof: {statistics.median(export):.3f} s of CPU, worst {max(export):.3f} s")
     print(
-        f"{name}: {proven} of {fields} certified as executed at {case.margin:g} mm less {ALLOWANCE:g}, "
-        f"without replanning, planned at {case.margin + case.room:g} mm"
+        f"  longer than the plan without limits: {statistics.median(longer):.3f} s, worst {max(longer):.3f} s "
+        f"({100 * statistics.median(part):.1f} %, worst {100 * max(part):.1f} %)"
     )
-    if seconds:
-        print(f"  export with proof: {statistics.median(seconds):.3f} s of CPU, worst {max(seconds):.3f} s")
-    if longer:
-        print(f"  longer than the plan: {statistics.median(longer):.3f} s, worst {max(longer):.3f} s")
-    if counts and counts[0]:
+    if counts[0]:
         print(f"  points of a robot, median of medians: {np.median(counts, axis=0).tolist()} (busier axis, both axes)")
     for line in refused[:3]:
         print(f"  {line[:300]}")
-    if lacking:
-        print(f"  contacts of those not certified: median {statistics.median(lacking):g}, most {max(lacking)}")
 
 
 def _points(path: Path) -> tuple[float, ...]:
@@ -200,14 +195,35 @@ def faults(count: int, data: Path) -> None:
     )
 
 
+RUNS = Faults(latency=0.02, drift=1e-4, tracking=np.radians(0.05), step=np.radians(0.01))  #: of `simulate`
+
+
+def simulate(count: int, data: Path) -> None:
+    """Runs of a plan of the built-in SDSS, at 0.8 mm, with clocks and joints within what the proof has room for."""
+    plane = fp.FocalPlane.load("sdss")
+    start, goal = (uniform_field(plane, seed, 0.8) for seed in (0, 1))
+    plan = fp.planners.Direct(budget=20.0).plan(fp.Problem(plane, start, goal, 0.8))
+    proof = proof_within(plane, Executed.exactly(plan.trajectory), RUNS)
+    touching = Touching(plane)
+    touching.contacts(simulated(plan.trajectory, RUNS))  # compiles
+    begun = time.process_time()
+    touched = sum(bool(touching.contacts(simulated(plan.trajectory, RUNS, seed))) for seed in range(count))
+    minutes = (time.process_time() - begun) / 60
+    said = f"{plane.n} robots, {plan.makespan:.1f} s, proof with these clocks and joints: {proof}"
+    print(f"simulate: {said}; {touched} of {count} runs touch; {count / minutes:,.0f} runs a minute of CPU", flush=True)
+    late = dataclasses.replace(RUNS, latency=1.0, abort=0.5 * plan.makespan, any_stall=1)
+    touched = sum(bool(touching.contacts(simulated(plan.trajectory, late, seed))) for seed in range(200))
+    print(f"simulate: up to 1 s late, one stalls, aborted half way: {touched} of 200 runs touch")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=(*CASES, "faults"))
-    parser.add_argument("--fields", type=int, default=50, help="fields, or faults")
+    parser.add_argument("what", choices=(*CASES, "faults", "simulate"))
+    parser.add_argument("--fields", type=int, default=50, help="fields, faults or runs")
     parser.add_argument("--data", type=Path, default=DATA)
     given = parser.parse_args()
-    if given.what == "faults":
-        faults(given.fields, given.data)
+    if given.what in ("faults", "simulate"):
+        {"faults": faults, "simulate": simulate}[given.what](given.fields, given.data)
     else:
         exports(given.what, given.fields, given.data)
 

@@ -5,8 +5,10 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.certificates import verify
+from fiberplan.certificates.touching import Touching
 from fiberplan.errors import TrajectoryError
-from fiberplan.hardware.simulated import Faults, simulated, state_after
+from fiberplan.hardware.simulated import Faults, proof_within, simulated, state_after
+from fiberplan.motion import Executed
 from fiberplan.planners import GreedyFold
 from fiberplan.scenes.uniform import uniform_field
 from references import motion_of
@@ -65,15 +67,10 @@ def test_no_contact_where_the_proof_allows_for_the_faults():
     start, goal = uniform_field(plane, 4, 1.0), uniform_field(plane, 5, 1.0)
     plan = GreedyFold().plan(fp.Problem(plane, start, goal, 1.0))
     faults = Faults(latency=0.005, drift=1e-4, tracking=0.005, step=0.002)
-    allowed = verify(
-        plane,
-        plan.trajectory,
-        jitter=faults.jitter(plan.makespan),
-        position_error=faults.position_error(plane),
-    )
-    assert allowed.contacts == ()
+    assert proof_within(plane, Executed.exactly(plan.trajectory), faults).contacts == ()
+    touching = Touching(plane)
     for seed in range(1000):
-        assert verify(plane, simulated(plan.trajectory, faults, seed)).contacts == ()
+        assert touching.contacts(simulated(plan.trajectory, faults, seed)) == ()
     near = verify(plane, plan.trajectory).smallest
     worse = Faults(latency=2.0, drift=0.2)
     touched = [verify(plane, simulated(plan.trajectory, worse, seed), near).contacts for seed in range(20)]
@@ -88,6 +85,7 @@ def test_no_contact_where_the_proof_allows_for_the_faults():
         ({"latency": -1.0}, "latency -1 makes no sense"),
         ({"drift": 1.0}, "drift 1 makes no sense"),
         ({"tracking": np.nan}, "tracking nan makes no sense"),
+        ({"any_stall": -1}, "fewer than no robots"),
         ({"abort": -1.0}, "at 0 s or later"),
         ({"stalls": {0: -2.0}}, "at 0 s or later"),
     ],
@@ -95,6 +93,17 @@ def test_no_contact_where_the_proof_allows_for_the_faults():
 def test_senseless_faults_are_refused(faults, complaint):
     with pytest.raises(TrajectoryError, match=complaint):
         Faults(**faults)
+
+
+def test_who_stalls_is_drawn_of_those_that_turn():
+    """Of three, the last rests; seeds choose who and when, and what is asked beyond who is there is left out."""
+    three = motion_of([(0.0, 0.0, 0.0), (2.0, 1.0, 0.0)], [(0.0, 0.0, 0.0), (3.0, 0.0, 1.0)], [(0.0, 0.0, 0.0)])
+    drawn = [Faults(any_stall=1).drawn(three, seed) for seed in range(30)]
+    assert {i for each in drawn for i in each.stalls} == {0, 1}
+    assert len({when for each in drawn for when in each.stalls.values()}) == 30
+    both = Faults(stalls={1: 1.0}, any_absent=2).drawn(three, 0)
+    assert (dict(both.stalls), both.absent) == ({1: 1.0}, (0,))
+    assert simulated(three, Faults(any_absent=2)).duration == 0.0
 
 
 def test_faults_of_robots_that_are_not_there_are_refused():

@@ -3,9 +3,11 @@
 - `safety`: `verify`, what it found (`Certificate`, `Contact`, `ZoneEntry`), and which pairs it has to look into
 - `violations`: what motors cannot do: ranges, speeds, accelerations
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
+- `clocks`: the same where clocks are off, over all pairs of moments
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
+- `touching`: contacts of many motions, and nothing else of them
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
   and what they join

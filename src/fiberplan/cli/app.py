@@ -25,6 +25,7 @@ from fiberplan.cli.removed_options import removed_option
 from fiberplan.cli.replay import replay
 from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
+from fiberplan.cli.simulate import simulate
 from fiberplan.cli.verify import verify
 from fiberplan.cli.warmup import warmup
 from fiberplan.errors import FiberplanError, interrupted
@@ -43,7 +44,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 NUMBERS = {"ignore_unknown_options": True}  # a negative number is one, and no option
-commands = (demo, plan, verify, replay, diagnose, show, export, audit, amend, separate, fold, unwind)
+commands = (demo, plan, verify, replay, diagnose, show, export, audit, simulate, amend, separate, fold, unwind)
 for command in (*commands, instruments, planners, reproduce, warmup):
     settings = NUMBERS if command is amend else None
     app.command(epilog=examples_of(command.__name__), context_settings=settings)(command)

@@ -37,6 +37,13 @@ def formats(incomplete: str) -> list[str]:
     return beginning(incomplete, (*EXPORTS, *CONTROLLERS))
 
 
+def controller_names(incomplete: str) -> list[str]:
+    """Controllers, ours and others'."""
+    from fiberplan.hardware import CONTROLLERS
+
+    return beginning(incomplete, CONTROLLERS)
+
+
 def beginning(incomplete: str, names: Iterable[str]) -> list[str]:
     """Those of the names that begin so."""
     return [name for name in names if name.startswith(incomplete)]

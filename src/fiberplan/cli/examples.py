@@ -10,6 +10,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan plan sdss next.ecsv --start plan.fits -o next.fits", "from the end of a plan"),
         ("fiberplan plan sdss next.ecsv --start seen.csv --offline R0C1,R0C2", "from what was seen"),
         ("fiberplan plan sdss field.ecsv --conflicts drop --page plan.html", "as far as goals allow"),
+        ("fiberplan plan sdss field.ecsv --for moons -o plan.fits", "so that its motors can do it"),
         ("fiberplan plan sdss field.ecsv --planner greedy-fold --set step=1", "another planner"),
     ),
     "verify": (
@@ -30,10 +31,16 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan export plan.fits --to ecsv -o knots.ecsv", "angles over time"),
         ("fiberplan export plan.fits --to motions -o moves.ecsv", "a list of moves"),
         ("fiberplan export plan.fits --to sdss -o traj.json --delay 1", "for controllers, proven"),
+        ("fiberplan export plan.fits --to moons -o wave.json --latency 0.03", "likewise"),
     ),
     "audit": (
         ("fiberplan audit sdss night/*.json --margin 0.8 -o night.html", "a night of trajectories"),
         ("fiberplan audit fp-20260219.ecsv moves.csv --state fp-20260219.ecsv", "DESI's move tables"),
+    ),
+    "simulate": (
+        ("fiberplan simulate sdss traj.json --abort 10 -o state.ecsv", "where an abort leaves all"),
+        ("fiberplan simulate sdss traj.json --latency 0.05 --runs 1000", "late starts, a thousand times"),
+        ("fiberplan simulate sdss traj.json --any-stall 1 --runs 1000", "which stall is dangerous?"),
     ),
     "amend": (
         ("fiberplan amend plan.fits R0C1 -12.5 3.25 -o new.fits", "another target, in mm"),

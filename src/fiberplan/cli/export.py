@@ -47,6 +47,14 @@ def export(
         Path | None,
         typer.Option(metavar="FILE", help="A fp-*.ecsv that names buses and linear motors, if given (desi)."),
     ] = None,
+    tail: Annotated[
+        bool | None, typer.Option("--tail/--no-tail", help="Back and forth in creep at the end (desi).")
+    ] = None,
+    latency: Annotated[
+        float | None, typer.Option(metavar="S", help="Units' clocks may be off by this; 0.02 if not given (moons).")
+    ] = None,
+    visit: Annotated[int | None, typer.Option(metavar="N", help="pfs_visit_id (pfs).", min=0)] = None,
+    config: Annotated[int | None, typer.Option(metavar="N", help="pfs_config_id (pfs).", min=0)] = None,
     json: JsonOption = False,
 ) -> None:
     """Write a plan's motion in another format, times in s and angles in degrees.
@@ -55,7 +63,8 @@ def export(
     and nothing is written.
     """
     refuse_unwritable(_output(to, output), inputs=(plan, calibration))
-    options = {"allowance": allowance, "delay": delay, "calibration": calibration}
+    options = {"allowance": allowance, "delay": delay, "calibration": calibration, "tail": tail, "latency": latency}
+    options |= {"visit": visit, "config": config}
     given = {name: value for name, value in options.items() if value is not None}
     with working("exporting"):
         from fiberplan.plan import Plan
@@ -64,7 +73,7 @@ def export(
         try:
             done = writer(Plan.read(plan), output, **given)
         except UnprovenError as error:
-            complain(str(error))
+            complain(f"{error}; `fiberplan plan --for {to}` plans so that it is safe when executed")
             raise typer.Exit(1) from None
     if json:
         say_json({"format": to, "written": [output]} | _facts(done))

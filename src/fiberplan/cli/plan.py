@@ -3,12 +3,12 @@
 import dataclasses
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import instrument_names, planner_names, setting_keys
+from fiberplan.cli.completion import controller_names, instrument_names, planner_names, setting_keys
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.report import assumptions, cautions, findings, incomplete, lost_targets, openings, plan_facts
@@ -23,6 +23,9 @@ from fiberplan.cli.start import (
     room,
     switched_off,
 )
+
+if TYPE_CHECKING:
+    from fiberplan.certificates import Certificate
 
 Conflicts = Literal["raise", "drop"]
 Order = Literal["larger", "smaller"]
@@ -62,6 +65,10 @@ def plan(
         ),
     ] = None,
     settings: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings as TOML; --set goes before.")] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option("--for", metavar="CONTROLLER", help="So that its motors can.", autocompletion=controller_names),
+    ] = None,
     margin: Margin = None,
     jitter: Jitter = 0.0,
     position_error: PositionError = 0.0,
@@ -94,12 +101,15 @@ def plan(
 
         from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
+        from fiberplan.hardware.certified import said
+        from fiberplan.hardware.planned import executed, fitted
         from fiberplan.plan.diagnosis import displaced
         from fiberplan.planners.parking import plan_with_parking
         from fiberplan.problem import Problem, Targets
 
         chosen = chosen_planner(planner, seed, assignments or (), settings)
         plane, off = switched_off(FocalPlane.load(instrument, conflicts), offline or ())
+        plane = plane if controller is None else fitted(plane, controller)
         leave = room(plane, margin, jitter, position_error)
         field = Targets.read(targets, priority_order, prefer, conflicts)
         problem = Problem.from_targets(
@@ -112,11 +122,14 @@ def plan(
         )
         refuse_overlaps(problem)
 
-        planning = partial(planned_by, chosen, deadline=deadline, tell=tell)
+        planning = partial(planned_by, chosen, deadline=deadline, tell=tell, controller=controller)
         at = None if park_at is None else np.radians(park_at)
         parks = park_idle or park_at is not None
         planned = plan_with_parking(planning, problem, at) if parks else planning(problem)
         faults = planned.faults()
+        proof = None if controller is None else executed(controller, planned)
+        if proof is not None and not proof.ok:
+            faults.append(f"executed by {controller}: {said(planned, proof)}")
     with working("writing"):
         if output is not None:
             planned.write(output)
@@ -127,7 +140,9 @@ def plan(
     written = [path for path in (output, page) if path is not None]
 
     if json:
-        say_json(plan_facts(planned, faults) | {"settings": settings_facts(chosen), "written": written})
+        say_json(
+            plan_facts(planned, faults) | _executed(proof) | {"settings": settings_facts(chosen), "written": written}
+        )
         raise typer.Exit(1 if faults or incomplete(planned) else 0)
     say(str(planned), style="bold")
     for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
@@ -146,5 +161,14 @@ def plan(
         say(line)
     if not faults:
         say(str(planned.certificate), style="green")
+    if proof is not None and proof.ok:
+        say(f"executed by {controller}: {proof}", style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
     raise typer.Exit(1 if faults or incomplete(planned) else 0)
+
+
+def _executed(proof: "Certificate | None") -> dict[str, Any]:
+    """What is proven of the motion that a controller makes the motors do."""
+    if proof is None:
+        return {}
+    return {"executed": {"ok": proof.ok, "summary": str(proof), "margin": proof.margin}}

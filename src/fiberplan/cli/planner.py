@@ -4,7 +4,7 @@ import inspect
 import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from fiberplan.cli.settings import Setting, found, settings_of
 from fiberplan.errors import FiberplanError
@@ -65,14 +65,50 @@ def settings_facts(planner: Planner) -> dict[str, Any]:
     return {key: setting.of(planner) for key, setting in settings_of(type(planner)).items()}
 
 
-def planned_by(planner: Planner, problem: Problem, deadline: float | None, tell: Callable[[str], None]) -> Plan:
+def planned_by(
+    planner: Planner,
+    problem: Problem,
+    deadline: float | None,
+    tell: Callable[[str], None],
+    controller: str | None = None,
+) -> Plan:
     """What the planner makes of the problem; one that gets better with time is told when to stop, and tells how far.
 
+    Args:
+        planner: any.
+        problem: to plan.
+        deadline: wall-clock seconds for each time that it is asked.
+        tell: told how far things are.
+        controller: whose motors are to execute it, if any.
+
     Raises:
-        FiberplanError: a deadline for a planner that takes the time it takes.
+        FiberplanError: a deadline for a planner that takes the time it takes, or what the controller cannot do.
     """
-    extra = {"deadline": deadline, "report": tell}
     takes = inspect.signature(planner.plan).parameters
     if deadline is not None and "deadline" not in takes:
         raise FiberplanError(f"planner {planner.name} takes no --deadline; direct does")
-    return planner.plan(problem, **{name: value for name, value in extra.items() if name in takes})
+    given = {"deadline": deadline, "report": tell}
+    patient = _Patient(planner, {name: value for name, value in given.items() if name in takes})
+    if controller is None:
+        return patient.plan(problem)
+    from fiberplan.hardware.planned import plan_for
+
+    return plan_for(controller, patient, problem)
+
+
+class _Patient(NamedTuple):
+    """A planner with what else its `plan` is given."""
+
+    planner: Planner
+    given: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        return self.planner.name
+
+    @property
+    def reference(self) -> str:
+        return self.planner.reference
+
+    def plan(self, problem: Problem) -> Plan:
+        return self.planner.plan(problem, **self.given)

@@ -374,6 +374,10 @@ class FocalPlane(Frozen):
         """(n,) farthest that any body point can be from the base, radii included [mm]."""
         return self._compiled[1]
 
+    def thicker(self, by: np.ndarray) -> "FocalPlane":
+        """The same with the bodies of each positioner thicker `by` (n,) on all sides [mm]."""
+        return self.replace(bodies=tuple(dataclasses.replace(body, radius=body.radius + by) for body in self.bodies))
+
     def with_obstacles(self, angles: np.ndarray) -> np.ndarray:
         """`angles` (n, 2) followed by zeros for the obstacles, as the kernels take them."""
         angles = np.asarray(_angles(angles), float)

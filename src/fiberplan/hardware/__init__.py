@@ -7,6 +7,7 @@ the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them b
 
 - `controller`: what a controller is, and `CONTROLLERS`, all by name
 - `certified`: writing, reading back and proving, the same for all
+- `planned`: plans for a controller, mended until what it makes the motors do is proven
 - `audit`: files of motion, whoever made them, read and proven
 - `motion_tables`: motion from any table of positioner, time, alpha and beta
 - `sdss`: trajectories of SDSS-V, points of each axis

@@ -3,21 +3,26 @@
 Each robot starts a little late, by a clock of its own that runs a little fast or slow; its joints are off by a little
 at each knot, and stop at whole steps. Some robots stall on the way, some never start, and an abort reaches each after
 its own latency. What comes of it is a motion like any other, so `verify` says who touched whom and when, and
-`state_after` is where the next plan starts. The same seed gives the same motion.
+`state_after` is where the next plan starts. The same seed gives the same motion. What a contact does to the two that
+touch is not simulated: they pass through each other.
 """
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, FrozenDict, in_units, read_only
+from fiberplan.arrays import Frozen, FrozenDict, in_units
+from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.drift import motion_bounds
-from fiberplan.motion import Trajectory
+from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
 from fiberplan.shaping.knots import angles_at
+
+_ANY_SPEED = 1e9  # [rad/s] no joint is faster
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,8 @@ class Faults(Frozen):
     stalls: Mapping[int, float] = field(default_factory=dict)  #: robot -> when it stops for good, by its clock [s]
     absent: tuple[int, ...] = ()  #: robots that never start
     abort: float = np.inf  #: everyone is told to stop then [s]
+    any_stall: int = 0  #: so many more robots stall, at any moment; of those that turn, drawn for each seed
+    any_absent: int = 0  #: so many more robots never start, drawn likewise
     name = "simulate"
 
     def __post_init__(self) -> None:
@@ -46,14 +53,45 @@ class Faults(Frozen):
                 raise TrajectoryError(f"simulate: {what} {getattr(self, what):g} makes no sense")
         if not all(t >= 0 for t in (self.abort, *self.stalls.values())):
             raise TrajectoryError("simulate: robots stall and motions are aborted at 0 s or later")
+        if not (self.any_stall >= 0 and self.any_absent >= 0):
+            raise TrajectoryError("simulate: fewer than no robots cannot stall or be absent")
+
+    @property
+    def stops_some(self) -> bool:
+        """Whether somebody stalls or never starts, so that others meet it where it should not be."""
+        return bool(self.stalls or self.absent or self.any_stall or self.any_absent)
 
     def jitter(self, duration: float) -> float:
         """How far any clock is off in a motion of so many seconds [s]: what `verify` has to allow for."""
         return self.latency + self.drift * (duration + self.latency)
 
+    def drawn(self, trajectory: Trajectory, seed: int) -> "Faults":
+        """The same with `any_stall` and `any_absent` robots named; as many as there are, if fewer turn."""
+        if not (self.any_stall or self.any_absent):
+            return self
+        turns = np.unique(trajectory.owner[(trajectory.angles != trajectory.start[trajectory.owner]).any(axis=1)])
+        rng = np.random.default_rng([seed, 1])
+        who = rng.permutation(np.setdiff1d(turns, [*self.stalls, *self.absent]))
+        moments = rng.uniform(0.0, trajectory.duration, len(who))
+        named, rest = who[: self.any_stall], who[self.any_stall :]
+        stalls = dict(self.stalls) | dict(zip(named.tolist(), moments.tolist(), strict=False))
+        absent = (*self.absent, *rest[: self.any_absent].tolist())
+        return dataclasses.replace(self, stalls=stalls, absent=absent, any_stall=0, any_absent=0)
+
     def position_error(self, plane: FocalPlane) -> np.ndarray:
         """(n,) how far any arm is off [mm]: what `verify` has to allow for."""
         return motion_bounds(plane, np.full((plane.n, 2), self.tracking + 0.5 * self.step))
+
+
+def proof_within(plane: FocalPlane, executed: Executed, faults: Faults, margin: float = 0.0) -> Certificate:
+    """Proof of a motion with all clocks and joints off by as much as the faults have it: no run of it finds a contact.
+
+    It says nothing of runs in which somebody stalls or never starts, nor of speeds, which audits judge.
+    """
+    told = dataclasses.replace(executed, clock_error=0.0)
+    fast = plane.replace(max_speed=np.full((plane.n, 2), _ANY_SPEED), min_speed=None, max_acceleration=None)
+    jitter, error = faults.jitter(executed.trajectory.duration), faults.position_error(plane)
+    return verify(fast, told, margin, jitter, error)
 
 
 def simulated(trajectory: Trajectory, faults: Faults, seed: int = 0) -> Trajectory:
@@ -67,7 +105,7 @@ def simulated(trajectory: Trajectory, faults: Faults, seed: int = 0) -> Trajecto
     Raises:
         TrajectoryError: a fault of a robot that is not there.
     """
-    n = trajectory.n
+    n, faults = trajectory.n, faults.drawn(trajectory, seed)
     for i in (*faults.stalls, *faults.absent):
         if not 0 <= i < n:
             raise TrajectoryError(f"simulate: there is no positioner {i} among {n}")
@@ -95,13 +133,20 @@ def simulated(trajectory: Trajectory, faults: Faults, seed: int = 0) -> Trajecto
     return _stopped(executed, stops)
 
 
-def state_after(plane: FocalPlane, executed: Trajectory, faults: Faults) -> State:
-    """Where everyone stands after a simulated motion: who stalled or never started cannot move any more."""
-    online = plane.online.copy()
+def state_after(plane: FocalPlane, executed: Trajectory, faults: Faults, before: State | None = None) -> State:
+    """Where everyone stands after a simulated motion: who stalled or never started cannot move any more.
+
+    Args:
+        plane: whose robots they are.
+        executed: what they did.
+        faults: what went wrong, `Faults.drawn` if robots were drawn.
+        before: who cannot move anyway, how well places are known, and whose place is a guess.
+    """
+    before = State(executed.start, plane.online) if before is None else before
+    online, unknown = plane.online & before.online, before.unknown & (executed.end == executed.start).all(axis=1)
+    state = State(executed.end, online, before.position_error, unknown, "simulated motion", before.notes)
     dead = sorted({*faults.stalls, *faults.absent})
-    online[dead] = False
-    note = (f"stalled or never started: {', '.join(plane.ids[i] for i in dead)}",) if dead else ()
-    return State(executed.end, read_only(online, bool), source="simulated motion", notes=note)
+    return state.without(plane, dead, "it stalled or never started") if dead else state
 
 
 def _stopped(motion: Trajectory, stops: np.ndarray) -> Trajectory:

@@ -8,7 +8,7 @@ Classes offer these functions as methods (`FocalPlane.load`, `Plan.write`, ...) 
 - `sealed_tables`: FITS tables with a version and a digest
 - `plan_file`, `plan_tables`: a plan as one FITS file (``docs/plan-format.md``), and which column holds what
 - `target_files`: readers and a writer of targets
-- `states`: readers of where everyone stands and who can move
+- `states`: readers and a writer of where everyone stands and who can move
 - `exports`: a plan's motion in the formats of other programs
 """
 
@@ -16,7 +16,7 @@ from fiberplan.io.exports import EXPORTS
 from fiberplan.io.focal_plane_tables import write_focal_plane
 from fiberplan.io.load import load_focal_plane
 from fiberplan.io.plan_file import read_plan, write_plan
-from fiberplan.io.states import read_state
+from fiberplan.io.states import read_state, write_state
 from fiberplan.io.target_files import columns_of, read_columns, table_of, write_targets
 
 __all__ = [
@@ -29,5 +29,6 @@ __all__ = [
     "table_of",
     "write_focal_plane",
     "write_plan",
+    "write_state",
     "write_targets",
 ]

@@ -1,4 +1,4 @@
-"""Readers of states: where everyone stands and who can move, from whatever says it.
+"""Readers of states, and their writer: where everyone stands and who can move, from whatever says it.
 
 A plan, or its file; a table with a row for each positioner, or with a row for each knot of a motion, as ours are
 exported; a SDSS ``confSummary``; a DESI focal-plane file; a field of targets as instruments have them, whose robots
@@ -6,12 +6,15 @@ have arrived. Whoever is not in it, or has no angles in it, is unknown: offline,
 commanded ones.
 """
 
+import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from astropy import units
+from astropy.table import QTable
 
 from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
@@ -22,6 +25,7 @@ from fiberplan.io.plan_file import is_plan, plan_from_bytes
 from fiberplan.plan import Plan
 from fiberplan.problem import State, Targets
 from fiberplan.problem.agreement import second_names_agree
+from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.contents import plain_name, read_whole
 from fiberplan.tables.formats import content_format
 from fiberplan.tables.table_reader import InputTable, nearest, read_table
@@ -65,6 +69,23 @@ def read_state(source: object, plane: FocalPlane, at: float | None = None) -> St
         raise ProblemError(f"a state is read from a plan or a file, got {type(source).__name__}")
     path = Path(source)
     return _arranged(plane, str(path), _of_file(path, plane, at))
+
+
+def write_state(state: State, path: str | os.PathLike, plane: FocalPlane) -> None:
+    """Write where everyone stands as an ECSV table that `read_state` reads; who is unknown has no angles.
+
+    Raises:
+        ProblemError: another number of positioners than the focal plane has, or a file that cannot be written.
+    """
+    if len(state.angles) != plane.n:
+        raise ProblemError(f"the state has {len(state.angles)} positioners, the focal plane {plane.n}")
+    alpha, beta = np.where(state.unknown[:, None], np.nan, np.degrees(state.angles)).T
+    columns = {"positioner": np.array(plane.ids, str), "alpha": alpha * units.deg, "beta": beta * units.deg}
+    columns |= {"online": state.online, "position_error": state.position_error * units.mm}
+    text = io.StringIO()
+    meta = {"instrument": plane.name, "source": state.source, "notes": list(state.notes)}
+    QTable(columns, meta=meta).write(text, format="ascii.ecsv")
+    write_whole(path, text.getvalue().encode(), ProblemError)
 
 
 def _of_file(path: Path, plane: FocalPlane, at: float | None) -> _Rows:

@@ -315,9 +315,7 @@ class Problem(Frozen):
         assert error is not None  # set on construction
         if not error.any():
             return self.plane
-        return self.plane.replace(
-            bodies=tuple(dataclasses.replace(body, radius=body.radius + error) for body in self.plane.bodies)
-        )
+        return self.plane.thicker(error)
 
     @cached_property
     def opening(self) -> tuple[tuple[int, int, float], ...]:

@@ -1,5 +1,6 @@
 """Where everyone stands, who can move, and how well that is known."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -66,6 +67,16 @@ class State(Frozen):
             ProblemError: a file, column, unit or value that cannot be used; one line that names it.
         """
         return io_function("read_state")(source, plane, at=at)
+
+    def write(self, path: str | os.PathLike, plane: FocalPlane) -> None:
+        """Write an ECSV table that `read` reads: positioner, alpha, beta [deg], online, position_error [mm].
+
+        Who is unknown has no angles there; notes and source are meta data.
+
+        Raises:
+            ProblemError: another number of positioners than the focal plane has, or a file that cannot be written.
+        """
+        io_function("write_state")(self, path, plane)
 
     def without(self, plane: FocalPlane, who: Sequence[int], why: str) -> "State":
         """The same with some more that cannot move, and why, as a note."""

@@ -29,7 +29,11 @@ from fiberplan.plan import Plan
 from fiberplan.problem import State
 from fiberplan.tables.contents import read_whole
 
-__all__ = ["accepts", "motors_of", "prove", "read", "with_room_for_the_tail", "write"]
+__all__ = ["ROOM", "accepts", "motors_of", "prove", "read", "with_limits", "write"]
+
+ROOM = 0.4  #: rows follow a plan loosely: it should keep this much more than is to be proven [mm]
+CRUISE = 59_400 / (46 / 14 + 1) ** 4  #: of rotary motors [deg/s]
+PART = 0.8  #: of cruise speed, at which there is room for most rows
 
 FASTEST = 180_000 / (46 / 14 + 1) ** 4  #: of all motors: linear phi, 30,000 rpm over the gear [deg/s]
 
@@ -97,6 +101,11 @@ def read(
     """
     path = Path(path)
     return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state), frozenset(linear))
+
+
+def with_limits(plane: FocalPlane) -> FocalPlane:
+    """The same with ranges that leave room for the tail, at a part of cruise speed: plan with these."""
+    return with_room_for_the_tail(plane).replace(max_speed=np.minimum(plane.max_speed, PART * np.radians(CRUISE)))
 
 
 def prove(plane: FocalPlane, executed: Executed, margin: float, **options: Any) -> Certificate:

@@ -27,7 +27,7 @@ from fiberplan.problem import State
 from fiberplan.shaping import shape
 from fiberplan.tables.contents import plain_name, read_whole
 
-__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "in_segments", "read", "with_the_drivers_limits", "write"]
+__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "fit", "read", "with_limits", "write"]
 
 STEP = np.radians(1.0 / np.array(STEPS))  #: turn of alpha and beta in one step [rad]
 LATENCY = 0.02  #: between the starts of units [s]
@@ -37,7 +37,7 @@ def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, 
     """Write a plan's motion as a waveform, proven as it is read back; what the driver refuses is shaped to its steps.
 
     Args:
-        plan: to be executed, best planned `with_the_drivers_limits`; units that do not turn are not named.
+        plan: to be executed, best planned `with_limits`; units that do not turn are not named.
         path: of the file.
         allowance: the executed motion may keep this much less than the plan's margin [mm].
         latency: clocks of units may be off by this [s].
@@ -49,10 +49,10 @@ def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, 
         PlanError: what the driver refuses, a motion that is not proven, a file that cannot be written.
     """
     latency = not_negative(latency, "s", "latency", PlanError)
-    fit = in_segments(plan)
-    made, file, plane = waveforms(fit), Path(path), plan.problem.plane
+    shaped = fit(plan)
+    made, file, plane = waveforms(shaped), Path(path), plan.problem.plane
     facts = {"units": len(made), "segments": len(made[0].steps) if made else 0, "segment": SEGMENT}
-    facts["seconds longer than the plan"] = round(fit.makespan - plan.makespan, 3)
+    facts["seconds longer than the plan"] = round(shaped.makespan - plan.makespan, 3)
 
     def decoded(written: bytes, state: State) -> Executed:
         return decode(file, written, plane, state, latency)
@@ -85,7 +85,7 @@ def accepts(path: Path, content: bytes) -> bool:
     return plain_name(path).suffix.lower() == ".json" and (b'"configPaths"' in content or b'"configMotion"' in content)
 
 
-def with_the_drivers_limits(plane: FocalPlane) -> FocalPlane:
+def with_limits(plane: FocalPlane) -> FocalPlane:
     """The same with the driver's joint ranges, speeds and accelerations where they are narrower: plan with these."""
     steps = np.radians(1.0 / np.array(STEPS))
     low, high = np.radians(RANGES).T
@@ -101,7 +101,7 @@ def with_the_drivers_limits(plane: FocalPlane) -> FocalPlane:
     )
 
 
-def in_segments(plan: Plan) -> Plan:
+def fit(plan: Plan) -> Plan:
     """The plan's motion in whole steps a segment, as near to it as that keeps clear; as it is if it is so already.
 
     Raises:
@@ -115,7 +115,7 @@ def in_segments(plan: Plan) -> Plan:
         try:
             shaped = shape(
                 plan.trajectory,
-                with_the_drivers_limits(problem.plane),
+                with_limits(problem.plane),
                 problem.margin,
                 problem.position_error,
                 problem.near_start == "open" or problem.needs_opening,

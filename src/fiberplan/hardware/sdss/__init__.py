@@ -12,19 +12,21 @@ import os
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from fiberplan.arrays import not_negative
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.certified import ALLOWANCE, hand_over
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.sdss.decode import decode, document
-from fiberplan.hardware.sdss.encode import as_json, as_yaml, paths
+from fiberplan.hardware.sdss.encode import FASTEST, RANGE, as_json, as_yaml, paths
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
 from fiberplan.problem import State
 from fiberplan.tables.contents import plain_name, read_whole
 
-__all__ = ["DELAY", "accepts", "read", "write"]
+__all__ = ["DELAY", "accepts", "read", "with_limits", "write"]
 
 DELAY = 1.0  #: time in which the paths are sent [s]
 A_MESSAGE = {"APO": 3, "LCO": 10}  #: points of an axis that one message holds, by observatory
@@ -69,6 +71,14 @@ def read(path: str | os.PathLike, plane: FocalPlane, state: State | None = None)
     """
     path = Path(path)
     return decode(path, read_whole(path, TrajectoryError), plane, known_to(plane, state))
+
+
+def with_limits(plane: FocalPlane) -> FocalPlane:
+    """The same with the joint ranges and speeds that commands may have where they are narrower: plan with these."""
+    lower, upper = (np.radians(edge) for edge in RANGE)
+    lower, upper = np.maximum(plane.lower, lower), np.minimum(plane.upper, upper)
+    fastest = np.minimum(plane.max_speed, np.radians(FASTEST))
+    return plane.replace(lower=lower, upper=upper, folded=np.clip(plane.folded, lower, upper), max_speed=fastest)
 
 
 def accepts(path: Path, content: bytes) -> bool:

@@ -51,7 +51,7 @@ def amend(plan: Plan, positioner: int | str, goal: ArrayLike, longer: float = 0.
     elif np.array_equal(motion.end[i], problem.goal[i]):
         outcomes[i], note = Outcome.ARRIVED, f"amended: {name} was on its way to this goal already"
     else:
-        found = reroute(problem, motion, _ends(plan, problem, i), i, longer, plan.seed)
+        found = reroute(problem.roomy, problem.margin, motion, _ends(plan, problem, i), i, longer, plan.seed)
         if found.motion is not None:
             others = [problem.plane.ids[k] for k in found.moved if k != i]
             made_room = f"; {', '.join(others)} made room" if others else ""

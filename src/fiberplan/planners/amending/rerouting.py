@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.certificates import verify
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.planners.amending.subarray import patch_around, with_part
@@ -27,7 +28,6 @@ from fiberplan.planners.direct.repair import (
 )
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.shared.straighten import straighten
-from fiberplan.problem import Problem
 from fiberplan.tolerances import NEAR as NEAR_MARGIN
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
@@ -52,25 +52,29 @@ class Rerouted(NamedTuple):
     blockers: tuple[int, ...]  #: without a path: arms that blocked it; -1 - k is obstacle k
 
 
-def reroute(problem: Problem, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int) -> Rerouted:
+def reroute(
+    plane: FocalPlane, margin: float, motion: Trajectory, ends: np.ndarray, amended: int, longer: float, seed: int
+) -> Rerouted:
     """Lead positioner `amended` to its end, everyone else as before as far as that goes.
 
     Args:
-        problem: whose start and margin to keep.
-        motion: of everybody so far, safe.
+        plane: whose bodies keep clear of each other.
+        margin: clearance to keep [mm].
+        motion: of everybody so far; those that are not rerouted keep it, safe or not.
         ends: (n, 2) where everybody has to end [rad]; NaN rows: anywhere safe.
         amended: the positioner.
         longer: part of the motion's duration that may be added where there is no path without.
         seed: of the order of repairs.
     """
-    plane = problem.plane
-    needed = float((np.abs(ends[amended] - problem.start[amended]) / plane.max_speed[amended]).max()) / UNDER_LIMIT
+    needed = float((np.abs(ends[amended] - motion.start[amended]) / plane.max_speed[amended]).max()) / UNDER_LIMIT
     horizon = max(motion.duration, needed)
     blockers: tuple[int, ...] = ()
     for added in sorted({0.0, longer}):
         free, jointly = [amended], _MOST_JOINTLY
         for turn, most in enumerate(_REPAIRS):
-            attempt = _Attempt(problem, motion, ends, free, horizon, added, turn, jointly * (turn >= _JOINTLY), seed)
+            attempt = _Attempt(
+                plane, margin, motion, ends, free, horizon, added, turn, jointly * (turn >= _JOINTLY), seed
+            )
             found = attempt.run(amended, most)
             jointly = max(0, jointly - attempt.moved_jointly)
             if found is not None:
@@ -86,7 +90,8 @@ class _Attempt:
 
     def __init__(
         self,
-        problem: Problem,
+        whole: FocalPlane,
+        margin: float,
         motion: Trajectory,
         ends: np.ndarray,
         free: list[int],
@@ -96,10 +101,10 @@ class _Attempt:
         jointly: int,
         seed: int,
     ):
-        self._motion, self._margin, self._limit = motion, problem.margin, problem.margin + SLACK
-        self._patch = patch = patch_around(problem.plane, np.array(free), problem.margin + NEAR_MARGIN)
+        self._motion, self._margin, self._limit = motion, margin, margin + SLACK
+        self._patch = patch = patch_around(whole, np.array(free), margin + NEAR_MARGIN)
         self._free = np.flatnonzero(np.isin(patch.who, free))
-        plane, start = patch.plane, problem.start[patch.who]
+        plane, start = patch.plane, motion.start[patch.who]
         movable = np.isin(np.arange(plane.n), self._free)
         goal = np.where(movable[:, None], ends[patch.who], start)
         length = step_length(plane, start, goal, _TURN)
@@ -114,7 +119,7 @@ class _Attempt:
         self._lattice.path[: plane.n] = self._before.sampled(self._duration * np.arange(steps + 1))
         self._as_before = self._lattice.path.copy()
         self._jointly = jointly
-        self._near = Neighbourhood.of(plane, problem.margin)
+        self._near = Neighbourhood.of(plane, margin)
         self._pairs = self._near.pairs
         self._search: Search = make_search(plane.n, len(self._pairs), self._limit, seed)
         able = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])

@@ -1,0 +1,118 @@
+"""Plans for controllers: mended until what the motors do is proven, and refused by robot and moment where that cannot be."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan.cli.app import run
+from fiberplan.errors import FiberplanError, PlanError
+from fiberplan.hardware import CONTROLLERS, moons
+from fiberplan.hardware.planned import executed, fitted, plan_for
+from fiberplan.planners.amending import mended
+from fiberplan.scenes.uniform import uniform_field
+
+
+@pytest.fixture(scope="module")
+def nineteen():
+    """Arms of MOONS' size, close to each other, whose motors count beta from folded."""
+    plane = fp.FocalPlane.hexagonal(2, 25.0, (8.0, 17.0), 2.0, 0.5, lower=(-3.1, -3.1), upper=(2.7, 2.4), folded=(0, 0))
+    zero = np.tile([0.0, np.pi], (plane.n, 1))
+    return fitted(plane.replace(zero=zero, ids=tuple(str(k + 1) for k in range(plane.n))), "moons")
+
+
+def field(plane, seed, margin=0.5):
+    start = uniform_field(plane, 2 * seed, margin)
+    return fp.Problem(plane, start, uniform_field(plane, 2 * seed + 1, margin, start=start), margin)
+
+
+@pytest.fixture(scope="module")
+def mended_plan(nineteen):
+    """A field whose waveform brings somebody too near, planned for the driver."""
+    problem = field(nineteen, 1)
+    plain = fp.planners.GreedyFold().plan(problem)
+    assert executed("moons", moons.fit(plain)).contacts
+    return plan_for("moons", fp.planners.GreedyFold(), problem)
+
+
+def test_what_the_motors_do_is_proven(tmp_path, mended_plan):
+    assert mended_plan.faults() == []
+    assert re.search(r"planned 1 time, \d+ pairs led past each other anew", mended_plan.notes[-1])
+    done = moons.write(mended_plan, tmp_path / "w.json")
+    assert done.certificate.ok
+    assert done.facts["seconds longer than the plan"] == 0.0
+    assert (done.certificate.jitter, done.certificate.margin) == (0.02, 0.45)
+
+
+def test_all_others_keep_their_paths(nineteen):
+    problem = field(nineteen, 1)
+    plan = fp.planners.GreedyFold().plan(problem)
+    pair = next(c.pair for c in executed("moons", moons.fit(plan)).contacts)
+    made, parted = mended(plan, {pair: 0.1}, np.full(nineteen.n, 0.05))
+    assert parted == 1
+    changed = [
+        i for i in range(nineteen.n) if not np.array_equal(made.trajectory.knots(i)[1], plan.trajectory.knots(i)[1])
+    ]
+    assert set(pair) & set(changed)
+    assert len(changed) < 5
+    assert made.faults() == []
+    rows = [k for k, each in enumerate(made.certificate.pairs.tolist()) if tuple(each) == pair]
+    assert made.certificate.clearance[rows[0]] >= problem.margin + 0.1 - 1e-6
+
+
+@pytest.mark.parametrize("name", ["sdss", "desi", "moons", "pfs"])
+def test_planes_are_fitted_to_controllers(name):
+    wide = fp.FocalPlane.hexagonal(1, 22.4, lower=(-7.0, 0.0), upper=(7.0, np.pi), max_speed=100.0)
+    plane = fitted(wide, name)
+    again = fitted(plane, name)
+    for field_name in ("lower", "upper", "max_speed"):
+        if name != "desi" or field_name == "max_speed":  # a range without its tail may lose that again
+            np.testing.assert_array_equal(getattr(plane, field_name), getattr(again, field_name))
+    if name != "pfs":
+        assert (plane.max_speed < 10.0).all()
+        assert (plane.upper <= wide.upper).all()
+        assert (plane.lower > wide.lower)[:, 0].all()
+    with pytest.raises(FiberplanError, match="no controller 'lamost'"):
+        fitted(wide, "lamost")
+
+
+def test_what_a_controller_cannot_do_is_named_without_a_file(nineteen):
+    """A plan too long for the driver, whatever its shape."""
+    slow = nineteen.replace(max_speed=0.1 * nineteen.max_speed, min_speed=None, max_acceleration=None)
+    with pytest.raises(PlanError, match=r"^the motion takes \d+\.\d+ s, \d+ segments; the driver takes 256"):
+        plan_for("moons", fp.planners.GreedyFold(), field(slow, 0))
+    unnamed = field(fitted(fp.FocalPlane.hexagonal(1, 22.4), "desi"), 0)
+    with pytest.raises(PlanError, match=r"^positioner 'R-1C1' has no device id"):
+        plan_for("desi", fp.planners.GreedyFold(), unnamed)
+
+
+def test_the_command_plans_for_a_controller(tmp_path, capsys, monkeypatch, nineteen):
+    monkeypatch.chdir(tmp_path)
+    nineteen.replace(max_acceleration=None, min_speed=None, recommended_margin=0.5).write("nineteen.fits")
+    rows = [f"{id_},{a},{b}" for id_, (a, b) in zip(nineteen.ids, np.degrees(field(nineteen, 1).goal), strict=True)]
+    (tmp_path / "field.csv").write_text("\n".join(["positioner,alpha,beta", *rows]) + "\n")
+    options = ("nineteen.fits", "field.csv", "--planner", "greedy-fold", "--for", "moons", "-o", "p.fits")
+    assert run(["plan", *options]) == 0
+    said = capsys.readouterr().out
+    assert "executed by moons: safe: " in said
+    assert "planned 1 time" in said
+    assert run(["export", "p.fits", "--to", "moons", "-o", "w.json", "--latency", "0.01", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["facts"]["seconds longer than the plan"] == 0.0
+    assert run(["simulate", "nineteen.fits", "w.json", "--latency", "0.01", "--runs", "20"]) == 0
+    assert run(["plan", *options[:-4], "--for", "lamost"]) == 2
+    assert "no controller 'lamost'; there are sdss, desi, moons, pfs" in capsys.readouterr().err
+    assert set(CONTROLLERS) >= {"sdss", "desi", "moons", "pfs"}
+
+
+def test_options_of_writers_are_options_of_export(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    plane = fp.FocalPlane.hexagonal(0, 22.4)
+    plan = fp.planners.GreedyFold().plan(fp.Problem(plane, plane.folded, np.radians([[40.0, 90.0]])))
+    plan.write("p.fits")
+    assert run(["export", "p.fits", "--to", "pfs", "-o", "t.csv", "--visit", "77", "--config", "5"]) == 0
+    assert (tmp_path / "t.csv").read_text().splitlines()[1].startswith("77,1,R0C0,5,")
+    assert run(["export", "p.fits", "--to", "sdss", "-o", "t.json", "--visit", "77"]) == 2
+    assert "--visit: 'sdss' has no such option" in capsys.readouterr().err
