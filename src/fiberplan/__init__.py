@@ -9,7 +9,7 @@ import logging
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fiberplan import hardware, instruments, io, planners, scenes, shaping
+    from fiberplan import hardware, instruments, io, planners, scenes, shaping, visuals
     from fiberplan.certificates import Certificate, Contact, ZoneEntry, proven_unreachable, verify
     from fiberplan.errors import (
         FiberplanError,
@@ -31,7 +31,7 @@ __version__ = "0.1.0"
 
 logging.getLogger("fiberplan").addHandler(logging.NullHandler())
 
-_PACKAGES = ("hardware", "instruments", "io", "planners", "scenes", "shaping")
+_PACKAGES = ("hardware", "instruments", "io", "planners", "scenes", "shaping", "visuals")
 _HOME = {
     "Body": "focal_plane",
     "Certificate": "certificates",
@@ -104,6 +104,7 @@ __all__ = [
     "shaping",
     "show",
     "verify",
+    "visuals",
 ]
 
 

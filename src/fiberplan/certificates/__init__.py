@@ -6,6 +6,7 @@
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
+- `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
   and what they join
@@ -13,6 +14,7 @@
 
 from fiberplan.certificates.guesses import needed_guesses
 from fiberplan.certificates.opening import Opening
+from fiberplan.certificates.over_time import clearance_over_time
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
 from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
 
@@ -21,6 +23,7 @@ __all__ = [
     "Contact",
     "Opening",
     "ZoneEntry",
+    "clearance_over_time",
     "needed_guesses",
     "proven_excluded",
     "proven_unreachable",

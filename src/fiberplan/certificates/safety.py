@@ -137,7 +137,7 @@ def verify(
     error, jitter = error + motion_bounds(plane, executed.joint_error), jitter + executed.clock_error
     if not (np.isfinite([margin, jitter, *error]).all() and margin >= 0 and jitter >= 0 and (error >= 0).all()):
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
-    path = _as_motion(plane, trajectory)
+    path = as_motion(plane, trajectory)
     drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
     errors = np.concatenate([error, np.zeros(len(plane.obstacles))])
     errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))
@@ -211,7 +211,8 @@ def _opened(
     }
 
 
-def _as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
+def as_motion(plane: FocalPlane, trajectory: Trajectory) -> Motion:
+    """A trajectory as the kernels take it."""
     knots = np.zeros(len(trajectory.times), KNOT)
     knots["time"], knots["alpha"], knots["beta"] = trajectory.times, *trajectory.angles.T
     measure(plane.arms, trajectory.offsets, knots)

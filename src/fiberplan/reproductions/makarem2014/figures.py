@@ -11,7 +11,7 @@ from fiberplan.reproductions.makarem2014.conflict import Conflict
 from fiberplan.reproductions.makarem2014.rules import LIMITED, LITERAL, REPAIRED, RULES
 from fiberplan.reproductions.makarem2014.trials import Runs
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, save
+from fiberplan.visuals.canvas import blank, save
 
 COLOUR = {REPAIRED: style.SERIES[0], LITERAL: style.SERIES[1], LIMITED: style.SERIES[2]}
 MARKER = {REPAIRED: "o", LITERAL: "s", LIMITED: "^"}

@@ -8,7 +8,8 @@ from fiberplan.reproductions.makarem2016.arrays import Runs
 from fiberplan.reproductions.makarem2016.conflict import AT_TARGET, Five
 from fiberplan.reproductions.makarem2016.moons import Case
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, draw_configuration, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.figures.arrays import draw_configuration
 
 MARKS = {"alone": ("s", style.SERIES[1]), "relief": ("o", style.SERIES[0])}
 TITLE = {"loc": "left", "color": style.INK.light, "fontweight": "bold", "fontsize": 11}

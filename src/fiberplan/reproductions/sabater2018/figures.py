@@ -7,7 +7,8 @@ import numpy as np
 from fiberplan.plan import Plan
 from fiberplan.reproductions.sabater2018.trials import Trial
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, draw_configuration, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.figures.arrays import draw_configuration
 
 
 def times(trials: list[Trial], title: str, paper: float, path: Path) -> None:

@@ -14,7 +14,8 @@ from fiberplan.reproductions.sayres2021.rules import CERTIFIED, LITERAL, RULES, 
 from fiberplan.reproductions.sayres2021.tables import REGIMES, degrees, most_winding, pool, target_to_target
 from fiberplan.reproductions.sayres2021.trials import Sweep
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, rounded, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.shapes import rounded
 
 COLOUR = {CERTIFIED: style.SERIES[0], LITERAL: style.SERIES[1], SAMPLED: style.SERIES[2]}
 MARKER = {CERTIFIED: "o", LITERAL: "s", SAMPLED: "^"}
