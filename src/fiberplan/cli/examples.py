@@ -59,6 +59,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "reproduce": (
         ("fiberplan reproduce", "which papers"),
         ("fiberplan reproduce makarem2014 --trials 5 -o figures", "figures of one, from few trials"),
+        ("fiberplan reproduce --all -o figures", "all; open figures/index.html"),
     ),
     "warmup": (("fiberplan warmup", "once, after installing"),),
     "": (

@@ -9,9 +9,9 @@ import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names, planner_names, setting_keys
-from fiberplan.cli.options import JsonOption, SeedOption
-from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import assumptions, cautions, findings, incomplete, lost_targets, openings, plan_facts
+from fiberplan.cli.options import JsonOption, SeedOption, VerboseOption
+from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, working
+from fiberplan.cli.report import cautions, incomplete, plan_facts, say_plan
 from fiberplan.cli.start import (
     Jitter,
     Margin,
@@ -41,7 +41,7 @@ def plan(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="A plan's end, a motion, table or record.",
+            help="A plan's end, motion, table or record.",
         ),
     ] = None,
     start_time: StartTime = None,
@@ -82,6 +82,7 @@ def plan(
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Plan the motion from START to TARGETS and prove it safe; exit 0 if every target is reached, 1 if not.
@@ -129,22 +130,6 @@ def plan(
     if json:
         say_json(plan_facts(planned, faults) | {"settings": settings_facts(chosen), "written": written})
         raise typer.Exit(1 if faults or incomplete(planned) else 0)
-    say(str(planned), style="bold")
-    for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
-        say(line, style="yellow")
-    for note in dict.fromkeys(
-        (
-            *cautions(plane, leave.margin),
-            *displaced(planned),
-            *problem.notes,
-            *planned.notes,
-            *(bound.said(plane) for bound in planned.bounds),
-        )
-    ):
-        say(f"note: {note}")
-    for line in (*openings(plane, planned.certificate), *assumptions(planned, planned.certificate)):
-        say(line)
-    if not faults:
-        say(str(planned.certificate), style="green")
-    say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
+    notes = (*cautions(plane, leave.margin), *displaced(planned), *problem.notes, *planned.notes)
+    say_plan(planned, [str(planned)], faults, notes, written, verbose)
     raise typer.Exit(1 if faults or incomplete(planned) else 0)

@@ -36,5 +36,5 @@ def snapshots(plan: Plan, path: Path) -> None:
         ax.scatter(*goals.T, s=18, marker="x", color=style.CONTACT.light, zorder=6)
         ax.set_title(f"t = {time:.0f} s", loc="left", color=style.INK.light, fontsize=11)
         ax.set_xlabel("x [mm]")
-    axes[0].set_ylabel("y [mm]")
+        ax.set_ylabel("y [mm]")
     save(figure, path)
