@@ -203,7 +203,9 @@ def test_headline_is_one_line_a_fact(small_plan):
     assert facts["losses"] == "2: 1 out of reach; 1 cannot move"
     assert facts["makespan"].startswith("1.0 s: 1.75 x the kinematic bound (0.6 s: ")
     (closest,) = closest_pairs(small_plan)
-    assert facts["closest pair"].startswith(" and ".join(closest.names) + f": {np.floor(closest.clearance * 1e3) / 1e3}")
+    assert facts["closest pair"].startswith(
+        " and ".join(closest.names) + f": {np.floor(closest.clearance * 1e3) / 1e3}"
+    )
     assert facts["closest pair"].endswith("mm, proven; margin 0.1 mm")
     assert facts["assumptions"] == "none"
 

@@ -23,7 +23,7 @@ from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_pla
 from fiberplan.plan.seeds import seed_complaint
 from fiberplan.plan.summary import about, summary
 from fiberplan.problem import Problem, State
-from fiberplan.registry import io_function
+from fiberplan.registry import io_function, notebook_function
 from fiberplan.tolerances import ARRIVAL
 
 if TYPE_CHECKING:
@@ -198,6 +198,9 @@ class Plan(Frozen):
 
     def __repr__(self) -> str:
         return f"<Plan of '{shortened(self.problem.plane.name)}' by {shortened(self.planner, 40)}: {self}>"
+
+    def _repr_html_(self) -> str:
+        return notebook_function("plan_html")(self)
 
     def __str__(self) -> str:
         ratio = f" ({self.makespan / self.lower_bound:.2f} x the lower bound)" if self.lower_bound > 0 else ""

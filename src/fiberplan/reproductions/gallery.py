@@ -17,6 +17,8 @@ from fiberplan.tables.atomic import write_whole
 _STYLE = """
 :root { color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif }
 body { max-width: 84rem; margin: 0 auto; padding: 1rem 1.2rem 4rem }
+a { color: #0b57d0 }
+@media (prefers-color-scheme: dark) { a { color: #8ab4f8 } }
 h2 { margin-top: 3rem; border-bottom: 2px solid #8888 }
 section.figure { display: grid; grid-template-columns: repeat(2, minmax(20rem, 1fr)); gap: 1.5rem; margin: 2rem 0 }
 @media (max-width: 60rem) { section.figure { grid-template-columns: 1fr } }

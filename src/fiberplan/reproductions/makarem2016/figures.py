@@ -58,7 +58,6 @@ def conflict(scene: Five, path: Path) -> None:
         ax.set_title(f"{moment:.1f} s", **TITLE)
         ax.set_xlabel("x [mm]")
         ax.set_ylabel("y [mm]")
-    axes[0].set_title("0 s: tips and necks are at two heights, and may cross", **TITLE)
     save(figure, path)
 
 
