@@ -4,13 +4,13 @@ import sys
 from pathlib import Path
 
 from fiberplan.plan import Plan
-from fiberplan.visuals.figures import draw_plan
+from fiberplan.visuals.figures import draw
 
 
 def main(plan_file: Path, picture: Path) -> None:
     """Draw the plan in `plan_file` as it stands after half its time."""
     plan = Plan.read(plan_file)
-    draw_plan(plan, picture, time=plan.makespan / 2)
+    draw(plan, "focal-plane", picture, time=plan.makespan / 2)
 
 
 if __name__ == "__main__":

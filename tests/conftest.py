@@ -69,12 +69,17 @@ def conf_summary(shared_data):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """File name -> axes of each figure that is saved; none is written, which takes longer than what it shows."""
+    """File name -> axes of each figure that is saved; none is written, which takes longer than what it shows.
+
+    Whoever draws, both axes are labelled.
+    """
     found = {}
     for paper in PAPERS:
         save = f"fiberplan.reproductions.{paper}.figures.save"
         monkeypatch.setattr(save, lambda figure, path: found.update({path.name: figure.axes}))
-    return found
+    yield found
+    for name, axes in found.items():
+        assert all(ax.get_xlabel() and ax.get_ylabel() for ax in axes), name
 
 
 @pytest.fixture

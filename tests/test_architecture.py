@@ -25,7 +25,7 @@ PACKAGES = sorted(path.parent for path in SOURCE.rglob("__init__.py") if path.pa
 PLANNERS = [path for path in PACKAGES if path.parent.name == "planners" and path.name != "shared"]
 PROSE = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("design/*.md")])
 GROUPS = {
-    f"fiberplan.{name}" for name in ("instruments", "planners", "controllers", "targets", "exports")
+    f"fiberplan.{name}" for name in ("instruments", "planners", "controllers", "targets", "exports", "figures")
 }  # entry points are no modules
 PAGES = [path for path in PACKAGES if path.name not in ("cli", "planners") and path.parent.name != "reproductions"]
 

@@ -11,7 +11,9 @@ from astropy.table import QTable
 import fiberplan as fp
 from fiberplan.cli.answers import plain
 from fiberplan.cli.app import run
-from fiberplan.cli.report import cautions, lost_targets
+from fiberplan.cli.report import LISTED, cautions, folded, lost_targets, say_plan
+from fiberplan.plan.closest import closest_pairs
+from fiberplan.plan.summary import headline
 
 pytestmark = pytest.mark.small
 
@@ -184,13 +186,45 @@ def stuck(count):
 
 def test_many_losses_are_summed_up():
     plan = stuck(14)
-    first, *listed, last = lost_targets(plan)
-    assert first == "14 of 14 lost: stuck or given up, without proof that it had to be"
-    assert len(listed) == 10
-    ids = [plan.problem.plane.ids[i] for i in range(13, 3, -1)]  # by priority, the highest first
-    assert [line.split(":")[0] for line in listed] == [f"lost {id}" for id in ids]
-    assert last == "and 4 more, of no higher priority: --json lists them all"
-    assert "`fiberplan diagnose plan.fits`" in list(lost_targets(plan, "plan.fits"))[-1]
+    assert dict(headline(plan))["losses"] == "14: stuck or given up, without proof that it had to be"
+    *listed, last = folded(lost_targets(plan), "losses", verbose=False)
+    ids = [plan.problem.plane.ids[i] for i in range(13, -1, -1)]  # by priority, the highest first
+    assert [line.split(":")[0] for line in listed] == [f"lost {id}" for id in ids[:LISTED]]
+    assert last == f"and {14 - LISTED} more losses: --verbose tells them all, as does --json"
+    assert [line.split(":")[0] for line in folded(lost_targets(plan), "losses", verbose=True)] == [
+        f"lost {id}" for id in ids
+    ]
+
+
+def test_headline_is_one_line_a_fact(small_plan):
+    facts = dict(headline(small_plan))
+    assert list(facts) == ["arrived", "losses", "makespan", "closest pair", "assumptions"]
+    assert facts["arrived"] == "4 of 6"
+    assert facts["losses"] == "2: 1 out of reach; 1 cannot move"
+    assert facts["makespan"].startswith("1.0 s: 1.75 x the kinematic bound (0.6 s: ")
+    (closest,) = closest_pairs(small_plan)
+    assert facts["closest pair"].startswith(
+        " and ".join(closest.names) + f": {np.floor(closest.clearance * 1e3) / 1e3}"
+    )
+    assert facts["closest pair"].endswith("mm, proven; margin 0.1 mm")
+    assert facts["assumptions"] == "none"
+
+
+def test_lists_are_folded_unless_all_is_wanted(folder, capsys, monkeypatch):
+    """Five of nine notes, and these cut short; with --verbose all and whole."""
+    said = [f"{k} " + "long " * 60 for k in range(9)]
+    problem = fp.Problem(fp.FocalPlane.load("plane.fits"), *(2 * [fp.FocalPlane.load("plane.fits").folded]), 0.5)
+    plan = fp.Plan(problem, fp.Trajectory.at_rest(problem.start), (fp.Outcome.ARRIVED,) * problem.n, "none")
+    for verbose in (False, True):
+        say_plan(plan, ["first"], [], said, [], verbose)
+        out = capsys.readouterr().out.splitlines()
+        notes = [line for line in out if line.startswith("note: ")]
+        assert len(notes) == (9 if verbose else LISTED)
+        assert all(line.endswith("...") != verbose for line in notes)
+        assert out[0] == "first"
+        assert out[-1] == "nothing written: -o FILE keeps the plan"
+        assert out.index(notes[0]) > out.index(str(plan.certificate)) > out.index("arrived       7 of 7")
+    assert "and 4 more notes: --verbose tells them all, as does --json" not in out
 
 
 def test_causes_that_differ_in_numbers_only_are_one(folder, small_plane, capsys):
@@ -199,7 +233,7 @@ def test_causes_that_differ_in_numbers_only_are_one(folder, small_plane, capsys)
     QTable({"positioner": list(small_plane.ids), "x": x * units.mm, "y": y * units.mm}).write("far.ecsv")
     assert run(["plan", "plane.fits", "far.ecsv", "--conflicts", "drop"]) == 1
     out = capsys.readouterr().out.splitlines()
-    assert [line for line in out if " lost: " in line] == ["3 of 3 lost: out of reach"]
+    assert [line for line in out if line.startswith("losses")] == ["losses        3: out of reach"]
     assert sum(line.startswith("lost R") for line in out) == 3
 
 
@@ -207,8 +241,7 @@ def test_few_losses_are_listed():
     plan = stuck(1)
     (line,) = lost_targets(plan)
     assert line.endswith(f"; in the way: {plan.problem.plane.ids[1]}")
-    assert len(list(lost_targets(stuck(2)))) == 3
-    assert len(list(lost_targets(stuck(10)))) == 11
+    assert len(list(folded(lost_targets(stuck(LISTED)), "losses", verbose=False))) == LISTED
 
 
 def test_what_a_proof_does_not_cover_is_said(folder, capsys, small_plane):

@@ -10,7 +10,9 @@ from matplotlib.colors import to_rgb
 from fiberplan.errors import PlanError
 from fiberplan.plan import Outcome
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, draw_plan, rounded, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.figures import draw
+from fiberplan.visuals.shapes import rounded
 from test_page import MIXED, small_plan
 
 pytestmark = pytest.mark.small
@@ -56,7 +58,8 @@ def test_every_outcome_has_a_colour_and_a_label():
 @pytest.mark.parametrize("bodies", [None, MIXED], ids=["capsules", "every kind of body"])
 def test_draws_a_plan(tmp_path, time, bodies):
     before = dict(matplotlib.rcParams)
-    draw_plan(small_plan(**({} if bodies is None else {"bodies": bodies})), tmp_path / "plan.png", time)
+    plan = small_plan(**({} if bodies is None else {"bodies": bodies}))
+    draw(plan, "focal-plane", tmp_path / "plan.png", time=time)
     picture = (tmp_path / "plan.png").read_bytes()
     assert picture.startswith(b"\x89PNG")
     assert len(picture) > 20_000
@@ -66,13 +69,13 @@ def test_draws_a_plan(tmp_path, time, bodies):
 @pytest.mark.large
 def test_moments_differ(tmp_path):
     for time in (0.0, 16.0):
-        draw_plan(small_plan(), tmp_path / f"{time}.png", time)
+        draw(small_plan(), "focal-plane", tmp_path / f"{time}.png", time=time)
     assert (tmp_path / "0.0.png").read_bytes() != (tmp_path / "16.0.png").read_bytes()
 
 
 def test_unwritable_picture(tmp_path):
     with pytest.raises(PlanError, match="cannot be written"):
-        draw_plan(small_plan(), tmp_path / "missing" / "plan.png")
+        draw(small_plan(), "focal-plane", tmp_path / "missing" / "plan.png")
 
 
 @pytest.mark.parametrize("points", [[[0, 0]], [[0, 0], [3, 0]], [[0, 0], [2, 0], [0, 1]]])

@@ -129,7 +129,7 @@ def test_every_experiment_on_seven_or_one(drawn, tmp_path, monkeypatch):
     assert ours["motions with all within the convergence distance, speeds in 4 bits, N = 1"] == 1.0
     (left,) = json.loads((tmp_path / "failures.json").read_text())
     assert (left["rule"], left["rings"], left["seed"], len(left["positioners"])) == (LIMITED.name, 1, 0, 4)
-    assert set(drawn) == {"fig5.png", "fig6.png", "fig7.png", "fig8.png"}
+    assert set(drawn) == set(makarem2014.FIGURES)
     (ax,) = drawn["fig6.png"]
     shown = {bars.get_label(): bars.lines[0].get_ydata().tolist() for bars in ax.containers}
     assert shown == {rule.name: [ours[f"Fig. 6: motion time, N = 7, {rule.name} [s]"]] for rule in RULES}

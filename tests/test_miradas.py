@@ -13,8 +13,8 @@ from fiberplan.io.plan_file import plan_bytes, read_certificate
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.problem import Problem, Targets
-from fiberplan.visuals import figures
 from fiberplan.visuals.page_data import page_data
+from fiberplan.visuals.shapes import outlines
 from references import four_bar_joints
 
 
@@ -206,10 +206,10 @@ def test_figures_draw_the_arms_where_they_are(plane):
     angles[3] = 2.0, 0.8
     j1, j2, j3, j4 = four_bar_joints(plane, 3, angles[[3]])
     ends = {"probe": (j3[0], complex(*plane.fibers(angles)[3])), "rocker": (j2, j4[0]), "first crank": (j1, j3[0])}
-    for body in plane.bodies:
+    drawn_last = sorted(plane.bodies, key=lambda body: body.link == "beta")
+    for body, some in zip(drawn_last, outlines(plane), strict=True):
         if body.name in ends:
-            _, shapes = figures._placed(plane, body, angles)
-            outline = shapes[3] @ np.array([1, 1j])
+            outline = some.split(some.placed(plane, angles))[3] @ np.array([1, 1j])
             a, b = ends[body.name]
             assert np.abs(outline - a).min() < body.radius + 1e-9
             assert np.abs(outline - b).min() < body.radius + 1e-9

@@ -156,7 +156,8 @@ def test_sayres2021_on_three(drawn, tmp_path, monkeypatch):
     rows = sayres2021.run(2, tmp_path)
     ours = {row["quantity"]: row["ours"] for row in rows}
     assert len(ours) == len(rows)
-    for figure in (10, 11, 12, 14, 15, 16):
+    assert set(drawn) == set(sayres2021.FIGURES)
+    for figure in (4, 7, 10, 11, 12, 14, 15, 16):
         assert any(quantity.startswith(f"Fig. {figure}: ") for quantity in ours)
         assert drawn[f"fig{figure}.png"][0].get_title(loc="left").startswith(f"Fig. {figure}: ")
     shown = {bars.get_label(): bars.lines[0].get_ydata().tolist() for bars in drawn["fig12.png"][0].containers}

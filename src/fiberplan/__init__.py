@@ -9,7 +9,7 @@ import logging
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fiberplan import hardware, instruments, io, planners, scenes, shaping, survey
+    from fiberplan import hardware, instruments, io, planners, scenes, shaping, survey, visuals
     from fiberplan.certificates import Certificate, Contact, ZoneEntry, proven_unreachable, verify
     from fiberplan.errors import (
         FiberplanError,
@@ -31,7 +31,7 @@ __version__ = "0.1.0"
 
 logging.getLogger("fiberplan").addHandler(logging.NullHandler())
 
-_PACKAGES = ("hardware", "instruments", "io", "planners", "scenes", "shaping", "survey")
+_PACKAGES = ("hardware", "instruments", "io", "planners", "scenes", "shaping", "survey", "visuals")
 _HOME = {
     "Body": "focal_plane",
     "Certificate": "certificates",
@@ -105,6 +105,7 @@ __all__ = [
     "show",
     "survey",
     "verify",
+    "visuals",
 ]
 
 

@@ -2,8 +2,8 @@
 
 A `Registry` maps names to instruments, planners, controllers or file formats. Ours are registered by a decorator beside
 their definition; another package names its own in the entry points of the registry's group, and they are imported when
-they are asked for, not before. `io_function` is the other use of names: imports run downward, yet `FocalPlane.load` has
-to end in the reader of some instrument's files, which lies above.
+they are asked for, not before. `io_function` and `notebook_function` are the other use of names: imports run downward,
+yet `FocalPlane.load` has to end in the reader of some instrument's files, and a plan in a drawing, which lie above.
 """
 
 import difflib
@@ -95,5 +95,14 @@ class Registry(Mapping[str, T], Generic[T]):
 
 def io_function(name: str) -> Callable[..., Any]:
     """A function of `fiberplan.io`, by name."""
-    function: Callable[..., Any] = getattr(importlib.import_module("fiberplan.io"), name)
+    return _function("fiberplan.io", name)
+
+
+def notebook_function(name: str) -> Callable[..., str]:
+    """A function of `fiberplan.visuals.notebook`, by name: what objects show of themselves is drawn above them."""
+    return _function("fiberplan.visuals.notebook", name)
+
+
+def _function(module: str, name: str) -> Callable[..., Any]:
+    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
     return function

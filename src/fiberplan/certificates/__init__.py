@@ -8,6 +8,7 @@
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
 - `touching`: contacts of many motions, and nothing else of them
+- `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
   and what they join
@@ -15,6 +16,7 @@
 
 from fiberplan.certificates.guesses import needed_guesses
 from fiberplan.certificates.opening import Opening
+from fiberplan.certificates.over_time import clearance_over_time
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
 from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
 
@@ -23,6 +25,7 @@ __all__ = [
     "Contact",
     "Opening",
     "ZoneEntry",
+    "clearance_over_time",
     "needed_guesses",
     "proven_excluded",
     "proven_unreachable",

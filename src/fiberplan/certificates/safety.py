@@ -20,6 +20,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.drift import motion_bounds
 from fiberplan.focal_plane.geometry import Geometry, geometry_of
 from fiberplan.motion import Executed, Trajectory
+from fiberplan.registry import notebook_function
 from fiberplan.tolerances import OPENING
 
 TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
@@ -72,6 +73,9 @@ class Certificate(Frozen):
 
     def __repr__(self) -> str:
         return f"<Certificate: {self}>"
+
+    def _repr_html_(self) -> str:
+        return notebook_function("certificate_html")(self)
 
     @property
     def ok(self) -> bool:

@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.options import JsonOption, PlanArgument, no_option, number_or_option
-from fiberplan.cli.output import plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import assumptions, findings, lost_targets, plan_facts
+from fiberplan.cli.options import JsonOption, PlanArgument, VerboseOption, no_option, number_or_option
+from fiberplan.cli.output import plan_output, refuse_unwritable, working
+from fiberplan.cli.report import plan_facts, say_plan
 from fiberplan.errors import FiberplanError
 
 
@@ -35,6 +35,7 @@ def amend(
         float, typer.Option(metavar="PART", help="Part of the makespan that may be added where it must.", min=0.0)
     ] = 0.05,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Change goals of a plan and as little else as possible, and prove all of it anew.
@@ -67,16 +68,7 @@ def amend(
     if json:
         say_json(plan_facts(new, faults) | {"written": [output] if output else []})
         raise typer.Exit(1 if faults or missed else 0)
-    say(str(new), style="bold")
-    for line in (*lost_targets(new, output), *findings(plane, new.certificate), *faults):
-        say(line, style="yellow")
-    for note in new.notes[len(read.notes) :]:
-        say(f"note: {note}")
-    for line in assumptions(new, new.certificate):
-        say(line)
-    if not faults:
-        say(str(new.certificate), style="green")
-    say(f"wrote {output}" if output else "nothing written: -o FILE keeps the plan")
+    say_plan(new, [str(new)], faults, new.notes[len(read.notes) :], [output] if output else [], verbose)
     raise typer.Exit(1 if faults or missed else 0)
 
 

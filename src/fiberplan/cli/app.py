@@ -11,11 +11,13 @@ import typer
 
 from fiberplan import __version__
 from fiberplan.cli.amend import amend
+from fiberplan.cli.animate import animate
 from fiberplan.cli.audit import audit
 from fiberplan.cli.demo import demo
 from fiberplan.cli.diagnose import diagnose
 from fiberplan.cli.examples import examples_of
 from fiberplan.cli.export import export
+from fiberplan.cli.figure import figure
 from fiberplan.cli.instruments import instruments
 from fiberplan.cli.night import fold, separate, unwind
 from fiberplan.cli.output import complain, say
@@ -44,7 +46,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 NUMBERS = {"ignore_unknown_options": True}  # a negative number is one, and no option
-commands = (demo, plan, verify, replay, diagnose, show, export, audit, simulate, amend, separate, fold, unwind)
+proofs = (verify, replay, diagnose)
+motors = (export, audit, simulate)
+commands = (demo, plan, *proofs, show, figure, animate, *motors, amend, separate, fold, unwind)
 for command in (*commands, instruments, planners, reproduce, warmup):
     settings = NUMBERS if command is amend else None
     app.command(epilog=examples_of(command.__name__), context_settings=settings)(command)

@@ -44,6 +44,13 @@ def controller_names(incomplete: str) -> list[str]:
     return beginning(incomplete, CONTROLLERS)
 
 
+def figure_kinds(incomplete: str) -> list[str]:
+    """Kinds of figures of a plan."""
+    from fiberplan.visuals.figures import FIGURES
+
+    return beginning(incomplete, FIGURES)
+
+
 def beginning(incomplete: str, names: Iterable[str]) -> list[str]:
     """Those of the names that begin so."""
     return [name for name in names if name.startswith(incomplete)]

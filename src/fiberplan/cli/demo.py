@@ -9,7 +9,7 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import made_folder, page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import findings, lost_targets, plan_facts
+from fiberplan.cli.report import plan_facts, say_plan
 
 MARGIN = 0.8  # [mm] with arms of radius 1.5 mm the same as the papers' buffer of 1.9 mm
 
@@ -46,11 +46,6 @@ def demo(
     if json:
         say_json(plan_facts(plan, faults) | {"folded": str(hub), "written": [output, page]})
         raise typer.Exit(1 if faults else 0)
-    say(f"straight: {plan}", style="bold")
-    say(f"by way of folded: {hub}")
-    for line in (*lost_targets(plan, output), *findings(plane, plan.certificate), *faults):
-        say(line, style="yellow")
-    if not faults:
-        say(str(plan.certificate), style="green")
-    say(f"wrote {output} and {page}; open {page} in a browser to see it move")
+    say_plan(plan, [f"straight: {plan}", f"by way of folded: {hub}"], faults, (), [output, page])
+    say(f"open {page} in a browser to see it move")
     raise typer.Exit(1 if faults else 0)

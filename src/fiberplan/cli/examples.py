@@ -27,6 +27,15 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan diagnose plan.fits --json", "the same for programs"),
     ),
     "show": (("fiberplan show plan.fits -o plan.html", "open plan.html in a browser"),),
+    "figure": (
+        ("fiberplan figure plan.fits clearance -o near.pdf", "how near arms come"),
+        ("fiberplan figure plan.fits joint-space --positioner R0C1 -o q.svg", "what blocks one"),
+        ("fiberplan figure plan.fits snapshots --time 0 --time 3.5 -o row.png", "two moments"),
+    ),
+    "animate": (
+        ("fiberplan animate plan.fits -o plan.mp4", "about 10 s of film"),
+        ("fiberplan animate plan.fits --speed 4 --fps 20 --size 600 -o plan.gif", "small enough for a page"),
+    ),
     "export": (
         ("fiberplan export plan.fits --to ecsv -o knots.ecsv", "angles over time"),
         ("fiberplan export plan.fits --to motions -o moves.ecsv", "a list of moves"),
@@ -61,6 +70,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "reproduce": (
         ("fiberplan reproduce", "which papers"),
         ("fiberplan reproduce makarem2014 --trials 5 -o figures", "figures of one, from few trials"),
+        ("fiberplan reproduce --all -o figures", "all; open figures/index.html"),
     ),
     "warmup": (("fiberplan warmup", "once, after installing"),),
     "": (

@@ -8,9 +8,9 @@ import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
-from fiberplan.cli.options import JsonOption, SeedOption
-from fiberplan.cli.output import plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import assumptions, cautions, findings, lost_targets, openings, plan_facts
+from fiberplan.cli.options import JsonOption, SeedOption, VerboseOption
+from fiberplan.cli.output import plan_output, refuse_unwritable, working
+from fiberplan.cli.report import cautions, folded, plan_facts, say_plan
 from fiberplan.cli.start import Margin, Offline, StartTime, begun, room, switched_off
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def separate(
     offline: Offline = None,
     margin: Margin = None,
     output: Written = None,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Part those who touch or are nearer than the margin, with proof that they only come apart.
@@ -51,7 +52,7 @@ def separate(
 
         return parted(plane, state, margin)
 
-    _from_a_state(plan, "parting", (instrument, start, start_time, offline, margin, output, json))
+    _from_a_state(plan, "parting", (instrument, start, start_time, offline, margin, output, verbose, json))
 
 
 def fold(
@@ -62,10 +63,13 @@ def fold(
     margin: Margin = None,
     seed: SeedOption = 0,
     output: Written = None,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Bring everyone to folded by the direct planner, around those who cannot move; exit 1 if not all get there."""
-    _from_a_state(_homeward("direct", seed), "folding", (instrument, start, start_time, offline, margin, output, json))
+    _from_a_state(
+        _homeward("direct", seed), "folding", (instrument, start, start_time, offline, margin, output, verbose, json)
+    )
 
 
 def unwind(
@@ -76,6 +80,7 @@ def unwind(
     margin: Margin = None,
     seed: SeedOption = 0,
     output: Written = None,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Bring everyone to folded by the greedy fold, all alphas one way: where arms are entangled, slower and surer.
@@ -83,7 +88,9 @@ def unwind(
     Exit 1 if not all get there.
     """
     _from_a_state(
-        _homeward("greedy-fold", seed), "unwinding", (instrument, start, start_time, offline, margin, output, json)
+        _homeward("greedy-fold", seed),
+        "unwinding",
+        (instrument, start, start_time, offline, margin, output, verbose, json),
     )
 
 
@@ -108,12 +115,12 @@ def _to_folded(plane: "FocalPlane", state: "State", margin: float) -> "Problem":
     return Problem(plane, state, goal, margin, conflicts="drop", near_start="open")  # type: ignore[arg-type]
 
 
-_Options = tuple[str, Path, float | None, list[str] | None, float | None, Path | None, bool]
+_Options = tuple[str, Path, float | None, list[str] | None, float | None, Path | None, bool, bool]
 
 
 def _from_a_state(plan: Callable[["FocalPlane", "State", float], "Plan"], doing: str, options: _Options) -> None:
     """Read the state, plan, write and tell."""
-    instrument, start, start_time, offline, margin, output, json = options
+    instrument, start, start_time, offline, margin, output, verbose, json = options
     refuse_unwritable(plan_output(output), inputs=(Path(instrument), start))
     with working(doing):
         from fiberplan.focal_plane import FocalPlane
@@ -133,17 +140,10 @@ def _from_a_state(plan: Callable[["FocalPlane", "State", float], "Plan"], doing:
     if json:
         say_json(plan_facts(planned, faults) | {"written": [output] if output else []})
         raise typer.Exit(1 if failed else 0)
-    say(f"{doing}: {planned.makespan:.1f} s", style="bold")
     wedged = [f"wedged {plane.ids[i]}: {_in_the_way(planned, int(i))}" for i in stuck if i not in planned.lost]
-    for line in (*wedged, *lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
-        say(line, style="yellow")
-    for note in dict.fromkeys((*off, *leave.notes, *cautions(plane, leave.margin), *planned.notes)):
-        say(f"note: {note}")
-    for line in (*openings(plane, planned.certificate), *assumptions(planned, planned.certificate)):
-        say(line)
-    if not faults:
-        say(str(planned.certificate), style="green")
-    say(f"wrote {output}" if output else "nothing written: -o FILE keeps the plan")
+    notes = (*off, *leave.notes, *cautions(plane, leave.margin), *planned.notes)
+    first = [f"{doing}: {planned.makespan:.1f} s", *folded(wedged, "wedged", verbose)]
+    say_plan(planned, first, faults, notes, [output] if output else [], verbose)
     raise typer.Exit(1 if failed else 0)
 
 

@@ -9,9 +9,9 @@ import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import controller_names, instrument_names, planner_names, setting_keys
-from fiberplan.cli.options import JsonOption, SeedOption
+from fiberplan.cli.options import JsonOption, SeedOption, VerboseOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import assumptions, cautions, findings, incomplete, lost_targets, openings, plan_facts
+from fiberplan.cli.report import cautions, incomplete, plan_facts, say_plan
 from fiberplan.cli.start import (
     Jitter,
     Margin,
@@ -44,7 +44,7 @@ def plan(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="A plan's end, a motion, table or record.",
+            help="A plan's end, motion, table or record.",
         ),
     ] = None,
     start_time: StartTime = None,
@@ -89,6 +89,7 @@ def plan(
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
+    verbose: VerboseOption = False,
     json: JsonOption = False,
 ) -> None:
     """Plan the motion from START to TARGETS and prove it safe; exit 0 if every target is reached, 1 if not.
@@ -144,26 +145,10 @@ def plan(
             plan_facts(planned, faults) | _executed(proof) | {"settings": settings_facts(chosen), "written": written}
         )
         raise typer.Exit(1 if faults or incomplete(planned) else 0)
-    say(str(planned), style="bold")
-    for line in (*lost_targets(planned, output), *findings(plane, planned.certificate), *faults):
-        say(line, style="yellow")
-    for note in dict.fromkeys(
-        (
-            *cautions(plane, leave.margin),
-            *displaced(planned),
-            *problem.notes,
-            *planned.notes,
-            *(bound.said(plane) for bound in planned.bounds),
-        )
-    ):
-        say(f"note: {note}")
-    for line in (*openings(plane, planned.certificate), *assumptions(planned, planned.certificate)):
-        say(line)
-    if not faults:
-        say(str(planned.certificate), style="green")
+    notes = (*cautions(plane, leave.margin), *displaced(planned), *problem.notes, *planned.notes)
+    say_plan(planned, [str(planned)], faults, notes, written, verbose)
     if proof is not None and proof.ok:
         say(f"executed by {controller}: {proof}", style="green")
-    say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
     raise typer.Exit(1 if faults or incomplete(planned) else 0)
 
 

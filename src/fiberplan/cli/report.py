@@ -1,11 +1,11 @@
 """Plans and certificates as lines of text, and as facts for programs."""
 
 import math
-import re
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
+
+from fiberplan.cli.output import say
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,31 +15,70 @@ if TYPE_CHECKING:
     from fiberplan.plan import Plan
     from fiberplan.plan.diagnosis import Loss
 
-LISTED = 10  # lost targets that have a line of their own
+LISTED = 5  # lines of one kind that are shown without --verbose
+_LONGEST = 200  # letters of a note that are
 
 
-def lost_targets(plan: "Plan", file: "Path | None" = None) -> Iterator[str]:
-    """How many targets are lost by each cause, and a line for those of highest priority.
-
-    Args:
-        plan: whose losses.
-        file: in which it is kept, if it is: `fiberplan diagnose` tells of all.
-    """
+def lost_targets(plan: "Plan") -> Iterator[str]:
+    """A line for each lost target, those of highest priority first."""
     from fiberplan.plan.diagnosis import losses
 
-    lost = sorted((loss for loss in losses(plan) if loss.positioner in plan.lost), key=lambda loss: -loss.priority)
-    if len(lost) > 1:
-        kinds = Counter(re.split("[:;]", loss.cause, maxsplit=1)[0] for loss in lost)  # numbers and names come after
-        for kind, count in kinds.most_common():
-            yield f"{count} of {len(lost)} lost: {kind}"
-    for loss in lost[:LISTED]:
+    lost = (loss for loss in losses(plan) if loss.positioner in plan.lost)
+    for loss in sorted(lost, key=lambda loss: -loss.priority):
         why = priorities(plan, loss)
         yield f"lost {loss}" + (f"; {why}" if why else "")
-    if len(lost) > LISTED:
-        tells = (
-            "--json lists them all" if file is None else f"`fiberplan diagnose {file}` lists them all, as does --json"
-        )
-        yield f"and {len(lost) - LISTED} more, of no higher priority: {tells}"
+
+
+def folded(lines: Iterable[str], what: str, verbose: bool) -> Iterator[str]:
+    """The first few of `lines`, and how many more there are; all and whole if `verbose`."""
+    listed = list(lines)
+    if verbose:
+        yield from listed
+        return
+    yield from listed[:LISTED]
+    if len(listed) > LISTED:
+        yield f"and {len(listed) - LISTED} more {what}: --verbose tells them all, as does --json"
+
+
+def say_plan(
+    plan: "Plan",
+    first: Iterable[str],
+    faults: Iterable[str],
+    notes: Iterable[str],
+    written: "Sequence[Path]",
+    verbose: bool = False,
+) -> None:
+    """Print a plan: what is wrong with it, the facts in a short table, losses, assumptions, the verdict, and notes.
+
+    Args:
+        plan: to tell of.
+        first: lines before all others.
+        faults: what in it does not hold.
+        notes: the least important; those that say the same are told once.
+        written: files.
+        verbose: tell everything.
+    """
+    from fiberplan.plan.summary import headline
+
+    plane, faults = plan.problem.plane, list(faults)
+    for line in first:
+        say(line, style="bold")
+    for line in (*folded(findings(plane, plan.certificate), "findings", verbose), *faults):
+        say(line, style="yellow")
+    for name, value in headline(plan):
+        say(f"{name:<12}  {value}")
+    for line in folded(lost_targets(plan), "losses", verbose):
+        say(line, style="yellow")
+    for line in (
+        *folded(openings(plane, plan.certificate), "openings", verbose),
+        *folded(assumptions(plan, plan.certificate), "lines on what is assumed", verbose),
+    ):
+        say(line)
+    if not faults:
+        say(str(plan.certificate), style="green")
+    for line in folded((f"note: {note}" for note in dict.fromkeys(notes)), "notes", verbose):
+        say(line if verbose or len(line) <= _LONGEST else f"{line[:_LONGEST]}...")
+    say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the plan")
 
 
 def priorities(plan: "Plan", loss: "Loss") -> str:

@@ -11,6 +11,8 @@
 - `outliers`: robots whose values are far from the others'
 - `geometry`: which geometry a proof is about, as a name and a digest
 - `differences`: where two descriptions of an array differ; `drift`: how far arms get in a moment
+- `coverage`: how many positioners reach each point
+- `joint_space`: which configurations of a positioner its neighbours block as they stand
 - `neighbours`: who could touch whom at a given margin
 """
 

@@ -28,7 +28,7 @@ from fiberplan.focal_plane.two_link import TWO_LINK, rotated
 from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.clearance import clearances
 from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
-from fiberplan.registry import io_function
+from fiberplan.registry import io_function, notebook_function
 
 TURN = 2 * np.pi
 _BESIDE = 0.1  # obstacles this much farther off are neighbours too: a proof tells their clearance [mm]
@@ -115,6 +115,9 @@ class FocalPlane(Frozen):
         listed = ", ".join(f"{k} {what if k == 1 else plural.get(what, f'{what}s')}" for k, what in parts)
         limits = [name for name in _NO_LIMIT if getattr(self, name) is not None]
         return f"<FocalPlane '{shortened(self.name)}': {', '.join([listed, *limits])}>"
+
+    def _repr_html_(self) -> str:
+        return notebook_function("focal_plane_html")(self)
 
     def _validate(self) -> None:
         if not self.n:

@@ -35,6 +35,15 @@ def solutions(
     return _quickest_first(plane, who, angles.reshape(*flat, 2), solution.reshape(flat))
 
 
+def reaches(plane: FocalPlane, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """(m,) whether any angles in range bring fibers to `points` by either elbow; arguments as of `solutions`."""
+    found, slack = plane.kinematics.inverse(plane, who, points, offset, np.zeros(len(who)))
+    held = np.ones(found.shape[:2], bool)
+    for joint in (0, 1):
+        held &= np.isfinite(_turns(found[..., joint], plane.lower[who, joint], plane.upper[who, joint], slack)).any(-1)
+    return np.asarray(held.any(axis=1))
+
+
 def _turns(angle: np.ndarray, lower: np.ndarray, upper: np.ndarray, slack: np.ndarray) -> np.ndarray:
     """`angle` (m, 2) plus every number of turns that lands in its range: (m, 2, k), NaN-padded.
 

@@ -139,6 +139,23 @@ class Trajectory(Frozen):
                 out[i, :, joint] = np.interp(times, own_times, own_angles[:, joint])
         return out
 
+    def between(self, begin: float, end: float) -> "Trajectory":
+        """The motion from `begin` to `end` [s] alone, which takes the time between them.
+
+        Raises:
+            TrajectoryError: times below 0, not finite, or of which the second is not the later.
+        """
+        begin, end = number(begin, "s", "begin", TrajectoryError), number(end, "s", "end", TrajectoryError)
+        if not 0 <= begin < end < np.inf:
+            raise TrajectoryError(f"no motion lies between {begin} s and {end} s")
+        within, everyone = (self.times > begin) & (self.times < end), np.arange(self.n)
+        return self.from_knots(
+            np.concatenate([everyone, self.owner[within], everyone]),
+            np.concatenate([np.zeros(self.n), self.times[within] - begin, np.full(self.n, end - begin)]),
+            np.concatenate([self.at(begin), self.angles[within], self.at(end)]),
+            self.n,
+        )
+
     def to_table(self, ids: Sequence[str] | None = None) -> "QTable":
         """A row a knot: positioner, time [s], commanded alpha and beta [deg]; between knots both joints turn evenly.
 

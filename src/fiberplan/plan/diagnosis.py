@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiberplan.motion import Trajectory
+from fiberplan.plan.bounds import Bound
 from fiberplan.plan.outcomes import Outcome
 from fiberplan.tolerances import ARRIVAL
 
@@ -79,7 +80,7 @@ class Diagnosis:
 def diagnose(plan: "Plan") -> Diagnosis:
     """Who did not arrive, why, and what set the makespan."""
     alpha, beta = reversals(plan.trajectory).T
-    stops = _stops(plan.trajectory)
+    stops = stop_times(plan.trajectory)
     return Diagnosis(
         losses=losses(plan),
         makespan=plan.makespan,
@@ -90,6 +91,18 @@ def diagnose(plan: "Plan") -> Diagnosis:
         alpha=_summary(alpha, stops),
         beta=_summary(beta, stops),
     )
+
+
+def leading_bounds(plan: "Plan") -> tuple[Bound, ...]:
+    """The largest bound of each kind; the kinematic one, which is proven, comes first if anybody has to move."""
+    found: dict[str, Bound] = {}
+    slowest = _bound_by(plan)
+    if slowest is not None:
+        found["kinematic"] = Bound("kinematic", plan.lower_bound, (slowest.positioner,), proven=True)
+    for bound in plan.bounds:
+        if bound.kind not in found or bound.seconds > found[bound.kind].seconds:
+            found[bound.kind] = bound
+    return tuple(found.values())
 
 
 def losses(plan: "Plan") -> tuple[Loss, ...]:
@@ -151,7 +164,7 @@ def _distances(plan: "Plan") -> np.ndarray:
     return np.linalg.norm(plane.fibers(plan.trajectory.end) - plane.fibers(plan.problem.requested), axis=1)
 
 
-def _stops(trajectory: Trajectory) -> np.ndarray:
+def stop_times(trajectory: Trajectory) -> np.ndarray:
     """(n,) when each positioner stops for good [s]; NaN: it never moves."""
     turns = np.abs(np.diff(trajectory.angles, axis=0)).max(axis=1) > _STILL
     owner = trajectory.owner
@@ -181,7 +194,7 @@ def _bound_by(plan: "Plan") -> Slow | None:
     if not needed[arrived].max(initial=0.0) > 0:
         return None
     i = int(arrived[np.argmax(needed[arrived])])
-    return Slow(i, plane.ids[i], float(_stops(plan.trajectory)[i]), float(needed[i]))
+    return Slow(i, plane.ids[i], float(stop_times(plan.trajectory)[i]), float(needed[i]))
 
 
 def _summary(counts: np.ndarray, stops: np.ndarray) -> Reversals:

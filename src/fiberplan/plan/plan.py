@@ -23,7 +23,7 @@ from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_pla
 from fiberplan.plan.seeds import seed_complaint
 from fiberplan.plan.summary import about, summary
 from fiberplan.problem import Problem, State
-from fiberplan.registry import io_function
+from fiberplan.registry import io_function, notebook_function
 from fiberplan.tolerances import ARRIVAL
 
 if TYPE_CHECKING:
@@ -160,6 +160,12 @@ class Plan(Frozen):
         return FrozenDict(zip(who.tolist(), needed.tolist(), strict=True))
 
     @property
+    def arrivals(self) -> str:
+        """How many of those that had a target end at it, as "498 of 500"."""
+        arrived = int((~self._wished[self.having(Outcome.ARRIVED)]).sum())
+        return f"{arrived} of {arrived + len(self.lost)}"
+
+    @property
     def kept(self) -> float:
         """Total priority of the positioners that arrive."""
         assert self.problem.priority is not None  # set on construction
@@ -193,11 +199,12 @@ class Plan(Frozen):
     def __repr__(self) -> str:
         return f"<Plan of '{shortened(self.problem.plane.name)}' by {shortened(self.planner, 40)}: {self}>"
 
+    def _repr_html_(self) -> str:
+        return notebook_function("plan_html")(self)
+
     def __str__(self) -> str:
-        arrived = int((~self._wished[self.having(Outcome.ARRIVED)]).sum())
-        asked = arrived + len(self.lost)
         ratio = f" ({self.makespan / self.lower_bound:.2f} x the lower bound)" if self.lower_bound > 0 else ""
-        return f"{arrived} of {asked} arrived in {self.makespan:.1f} s{ratio}"
+        return f"{self.arrivals} arrived in {self.makespan:.1f} s{ratio}"
 
     def __getitem__(self, positioner: str | int) -> PositionerPlan:
         """What the plan says of one positioner, by id or index.

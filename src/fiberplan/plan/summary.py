@@ -1,11 +1,15 @@
 """A plan in words, and as the few facts that its exports carry along."""
 
+import re
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiberplan import __version__
-from fiberplan.plan.diagnosis import Loss, displaced, losses
+from fiberplan.plan.bounds import Bound
+from fiberplan.plan.closest import closest_pairs
+from fiberplan.plan.diagnosis import Loss, displaced, leading_bounds, losses
 
 if TYPE_CHECKING:
     from fiberplan.plan.plan import Plan
@@ -27,6 +31,38 @@ def summary(plan: "Plan") -> str:
     lines.extend(plan.problem.left_out)
     lines.append(str(plan.certificate))
     return "\n".join(lines)
+
+
+def headline(plan: "Plan") -> tuple[tuple[str, str], ...]:
+    """The few facts that tell a good plan from a bad one, each with its name.
+
+    Who arrived, losses by cause, makespan over the bounds, the closest pair, how many assumptions the proof rests on.
+    """
+    lost = [loss for loss in losses(plan) if loss.positioner in plan.lost]
+    causes = Counter(re.split("[:;]", loss.cause, maxsplit=1)[0] for loss in lost)  # numbers and names come after
+    counted = [kind if len(causes) == 1 else f"{count} {kind}" for kind, count in causes.most_common()]
+    over = [_over(plan, bound) for bound in leading_bounds(plan)]
+    closest = [f"{' and '.join(close.names)}: {_rounded_down(close.clearance)}" for close in closest_pairs(plan)]
+    margin = f"; margin {plan.problem.margin:g} mm"
+    return (
+        ("arrived", plan.arrivals),
+        ("losses", f"{len(lost)}: {'; '.join(counted)}" if lost else "none"),
+        ("makespan", f"{plan.makespan:.1f} s" + (f": {', '.join(over)}" if over else "")),
+        ("closest pair", (closest[0] if closest else "nobody is within reach of anybody") + margin),
+        ("assumptions", str(len(plan.certificate.assumptions) or "none")),
+    )
+
+
+def _over(plan: "Plan", bound: Bound) -> str:
+    """How much longer than a bound a plan takes."""
+    ratio = f"{plan.makespan / bound.seconds:.2f} x the {bound.kind} bound" if bound.seconds > 0 else "no bound"
+    names = " and ".join(plan.problem.plane.ids[i] for i in bound.positioners)
+    return f"{ratio} ({bound.seconds:.1f} s{'' if bound.proven else ', an estimate'}: {names})"
+
+
+def _rounded_down(clearance: float) -> str:
+    """A proven lower bound [mm] in words."""
+    return f"{np.floor(clearance * 1e3) / 1e3:.3f} mm, proven" if np.isfinite(clearance) else "not proven"
 
 
 def _listed(what: str, lost: list[Loss]) -> list[str]:

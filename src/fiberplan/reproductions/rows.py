@@ -1,7 +1,7 @@
 """One line of a comparison: what the paper says, and what was measured in this run."""
 
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -14,6 +14,27 @@ class Row(TypedDict):
     ours: float | None  #: None if nothing could be measured
     spread: float | None  #: standard deviation over the trials, where that means something
     n: int  #: over how many trials
+
+
+class Shown(NamedTuple):
+    """What a figure shows, and which rows belong beside it."""
+
+    caption: str
+    rows: tuple[str, ...]  #: words: rows whose quantity has any of them belong to it
+
+
+def paper_in_words(row: Row) -> str:
+    """The paper's value."""
+    published = row["paper"]
+    return "" if published is None else f"{published:g}" if isinstance(published, float) else str(published)
+
+
+def ours_in_words(row: Row) -> str:
+    """Our value, with its spread where it has one."""
+    if row["ours"] is None:
+        return "none"
+    spread = "" if row["spread"] is None else f" +- {row['spread']:.2g}"
+    return f"{row['ours']:.4g}{spread}"
 
 
 def value(quantity: str, paper: str | float | None, ours: float | np.floating | None, n: int) -> Row:

@@ -2,10 +2,76 @@
 
 - `page`, `page_data`, ``assets/``: one self-contained HTML page (`show`)
 - `night_report`: one page of a night of audited motions
-- `figures`: still pictures; they need matplotlib, which is slow to import, so callers import that module themselves
+- `figures`: figures of a plan for papers and reports, by kind
+- `film`: a plan as a film
+- `notebook`: plans, focal planes and certificates as notebooks show them
+- `canvas`: blank figures in one style, and figures as files
+- `shapes`: true outlines of what is drawn
 - `style`: colours and shapes that the page and the pictures share
+
+Figures need matplotlib, which is slow to import, so their functions are imported when they are first used.
 """
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from fiberplan.visuals.page import show
 
-__all__ = ["show"]
+if TYPE_CHECKING:
+    from fiberplan.visuals.figures import (
+        FIGURES,
+        clearance,
+        coverage,
+        draw,
+        focal_plane,
+        histogram,
+        joint_space,
+        joints,
+        makespan,
+        multiplicity,
+        snapshots,
+        speeds,
+    )
+    from fiberplan.visuals.film import animate
+
+_FIGURES = (
+    "FIGURES",
+    "clearance",
+    "coverage",
+    "draw",
+    "focal_plane",
+    "histogram",
+    "joint_space",
+    "joints",
+    "makespan",
+    "multiplicity",
+    "snapshots",
+    "speeds",
+)
+
+__all__ = [
+    "FIGURES",
+    "animate",
+    "clearance",
+    "coverage",
+    "draw",
+    "focal_plane",
+    "histogram",
+    "joint_space",
+    "joints",
+    "makespan",
+    "multiplicity",
+    "show",
+    "snapshots",
+    "speeds",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs matplotlib the first time it is asked for."""
+    home = "figures" if name in _FIGURES else "film" if name == "animate" else None
+    if home is None:
+        raise AttributeError(f"module 'fiberplan.visuals' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"fiberplan.visuals.{home}"), name)
+    globals()[name] = value
+    return value

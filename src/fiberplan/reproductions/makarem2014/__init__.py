@@ -13,7 +13,7 @@ from fiberplan.reproductions.makarem2014.few_bits import quantized
 from fiberplan.reproductions.makarem2014.rules import LITERAL, RULES
 from fiberplan.reproductions.makarem2014.scenes import FIG7_SEED
 from fiberplan.reproductions.makarem2014.trials import run_clustered, run_uniform
-from fiberplan.reproductions.rows import Row
+from fiberplan.reproductions.rows import Row, Shown
 
 LEGEND = """\
 literal: the printed field, the sign of its repulsion mended, joints without limits as in the paper; limited: so,
@@ -28,6 +28,14 @@ CLUSTERED_RINGS = 12  #: 469 positioners
 SPACED_RINGS = 8  #: 217 positioners
 SPACED = 4.0  #: D: goals at least this far apart do not repel each other [mm]
 BITS = (3, 4, 6)
+
+
+FIGURES = {
+    "fig5.png": Shown("Fig. 5: computing time against the number of positioners", ("Fig. 5:",)),
+    "fig6.png": Shown("Fig. 6: motion time against the number of positioners", ("Fig. 6:",)),
+    "fig7.png": Shown("Fig. 7: three positioners in a conflict, six moments", ("Fig. 7:",)),
+    "fig8.png": Shown("Fig. 8: joint speeds in that conflict", ("Fig. 8:",)),
+}
 
 
 def run(trials: int, folder: Path | None = None, rings: list[int] | None = None) -> list[Row]:

@@ -11,7 +11,7 @@ from fiberplan.reproductions.makarem2014.conflict import Conflict
 from fiberplan.reproductions.makarem2014.rules import LIMITED, LITERAL, REPAIRED, RULES
 from fiberplan.reproductions.makarem2014.trials import Runs
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, save
+from fiberplan.visuals.canvas import blank, save
 
 COLOUR = {REPAIRED: style.SERIES[0], LITERAL: style.SERIES[1], LIMITED: style.SERIES[2]}
 MARKER = {REPAIRED: "o", LITERAL: "s", LIMITED: "^"}
@@ -38,7 +38,7 @@ def fig6(runs: Runs, path: Path) -> None:
     _against_number(ax, runs, "motion_time")
     ax.axhline(2.5, **PAPER, label="Makarem2014: about 2.5 s")
     ax.set_ylim(0)
-    _finish(ax, "Fig. 6: motion time, bars are standard deviations", N, "until all who converge have [s]")
+    _finish(ax, "Fig. 6: motion time, bars are standard deviations", N, "motion time, until all who converge have [s]")
     save(figure, path)
 
 
@@ -71,7 +71,7 @@ def fig8(conflict: Conflict, path: Path) -> None:
             ax.plot(conflict.times, np.degrees(conflict.speeds[:, i, k]), color=colour, linewidth=1.4, label=label)
         for sign in (-1, 1):
             ax.axhline(sign * most, **PAPER, label="limit" if sign > 0 else None)
-        _finish(ax, f"Fig. 8: speed of {joint}", "time [s]", "[deg/s]")
+        _finish(ax, f"Fig. 8: speed of {joint}", "time [s]", f"speed of {joint} [deg/s]")
     save(figure, path)
 
 

@@ -6,7 +6,7 @@ Every field is planned twice, by the field alone and with relief; every motion i
 from pathlib import Path
 
 from fiberplan.reproductions.makarem2016 import arrays, conflict, moons
-from fiberplan.reproductions.rows import Row
+from fiberplan.reproductions.rows import Row, Shown
 
 LEGEND = """\
 alone: the field; relief: the field, then rounds of relief; both with the settings EllipticNavigationFunction has by
@@ -14,6 +14,19 @@ default, the same for every row. Trial k uses seed k; +- is the standard deviati
 CPU time of one core, kernels compiled. MOONS: n is how many have targets; a few of those touch at rest under the zones
 as we read them, and count as not arrived. A motion may take 600 s here; the prototype's took 52.5 s. A buffer of b mm
 is a margin of 2 (b - 1.5) mm."""
+
+
+FIGURES = {
+    "arrivals.png": Shown(
+        "Figs. 4 and 5: assigned and arrived of 1025 positioners", ("uniform targets", "clustered targets")
+    ),
+    "conflict.png": Shown(
+        "One of five leaves its target to let another pass, six moments",
+        ("positioners: arrived", "positioners: contacts"),
+    ),
+    "distances.png": Shown("How far the five are from their targets", ("five positioners:",)),
+    "moons.png": Shown("Share of targets reached in MOONS' own cases", ("MOONS",)),
+}
 
 
 def run(trials: int, folder: Path | None = None) -> list[Row]:

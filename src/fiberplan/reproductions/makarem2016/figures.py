@@ -8,7 +8,8 @@ from fiberplan.reproductions.makarem2016.arrays import Runs
 from fiberplan.reproductions.makarem2016.conflict import AT_TARGET, Five
 from fiberplan.reproductions.makarem2016.moons import Case
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, draw_configuration, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.figures.arrays import draw_configuration
 
 MARKS = {"alone": ("s", style.SERIES[1]), "relief": ("o", style.SERIES[0])}
 TITLE = {"loc": "left", "color": style.INK.light, "fontweight": "bold", "fontsize": 11}
@@ -32,6 +33,7 @@ def arrivals(runs: Runs, path: Path) -> None:
             ax.plot(arrived, mark, color=colour, markersize=5, label=f"arrived, {mode}")
         ax.set_title(f"1025 positioners, {kind} targets", **TITLE)
         ax.set_xlabel("run")
+        ax.set_ylabel("positioners")
         ax.xaxis.get_major_locator().set_params(integer=True)
         ax.set_ylim(0, 1080)
         ax.legend(**BELOW)
@@ -54,7 +56,8 @@ def conflict(scene: Five, path: Path) -> None:
         ax.set_xlim(plane.base[:, 0].min() - 27, plane.base[:, 0].max() + 27)
         ax.set_ylim(plane.base[:, 1].min() - 27, plane.base[:, 1].max() + 27)
         ax.set_title(f"{moment:.1f} s", **TITLE)
-    axes[0].set_title("0 s: tips and necks are at two heights, and may cross", **TITLE)
+        ax.set_xlabel("x [mm]")
+        ax.set_ylabel("y [mm]")
     save(figure, path)
 
 
@@ -66,7 +69,7 @@ def distances(scene: Five, path: Path) -> None:
         ax.plot(scene.times, scene.away[:, i], color=colour, linewidth=width, label=id_)
     ax.set_title("five positioners: distance of the fiber from its target", **TITLE)
     ax.set_xlabel("time [s]")
-    ax.set_ylabel("[mm]")
+    ax.set_ylabel("distance [mm]")
     ax.legend(**{**BELOW, "ncols": 5})
     save(figure, path)
 
@@ -86,5 +89,6 @@ def moons(cases: list[Case], path: Path) -> None:
     ax.set_ylim(0.5, 1.02)
     ax.set_title("MOONS cases: share of targets reached", **TITLE)
     ax.set_xlabel("positioners with targets")
+    ax.set_ylabel("share of targets reached")
     ax.legend(**{**BELOW, "ncols": 2})
     save(figure, path)

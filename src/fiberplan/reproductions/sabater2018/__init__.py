@@ -6,7 +6,7 @@ Link lengths and targets are ours, since the paper prints neither; so everything
 from pathlib import Path
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.reproductions.rows import Row
+from fiberplan.reproductions.rows import Row, Shown
 from fiberplan.reproductions.sabater2018 import published, tables
 from fiberplan.reproductions.sabater2018.case import detailed
 from fiberplan.reproductions.sabater2018.trials import CONTINUOUS, PAPER, REPLANNING, fields
@@ -22,6 +22,13 @@ median and mean stand beside it. Computing is CPU time on one core with kernels 
 i5. Pair checks are counted as there: each other arm, each 100 ms. Figs. 11 to 13 are drawn as we read them."""
 
 FIRST_SEED = 1000  #: of the plans; lengths and radii were chosen on others
+
+
+FIGURES = {
+    "fig11.png": Shown("Fig. 11: configuration times from park, one pass", ("from park, one pass:",)),
+    "fig12.png": Shown("Fig. 12: configuration times of chained plans, one pass", ("chained, one pass:",)),
+    "fig13.png": Shown("Fig. 13: the detailed case at its start, half way and at its end", ("detailed case:",)),
+}
 
 
 def run(trials: int, folder: Path | None = None) -> list[Row]:

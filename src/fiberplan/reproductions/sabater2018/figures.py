@@ -7,7 +7,8 @@ import numpy as np
 from fiberplan.plan import Plan
 from fiberplan.reproductions.sabater2018.trials import Trial
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, draw_configuration, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.figures.arrays import draw_configuration
 
 
 def times(trials: list[Trial], title: str, paper: float, path: Path) -> None:
@@ -35,5 +36,5 @@ def snapshots(plan: Plan, path: Path) -> None:
         ax.scatter(*goals.T, s=18, marker="x", color=style.CONTACT.light, zorder=6)
         ax.set_title(f"t = {time:.0f} s", loc="left", color=style.INK.light, fontsize=11)
         ax.set_xlabel("x [mm]")
-    axes[0].set_ylabel("y [mm]")
+        ax.set_ylabel("y [mm]")
     save(figure, path)

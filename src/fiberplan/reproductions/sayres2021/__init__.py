@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.reproductions.rows import Row
+from fiberplan.reproductions.rows import Row, Shown
 from fiberplan.reproductions.sayres2021 import tables
 from fiberplan.reproductions.sayres2021.relief import relieve
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, RULES
@@ -29,6 +29,18 @@ TIMED_STEPS = [float(s) for s in np.radians([1.0, 0.3, 0.1, 0.03, 0.01])]  #: [r
 PATH_STEPS = [TIMED_STEPS[0], TIMED_STEPS[-1]]  #: of Fig. 10 [rad]
 
 
+FIGURES = {
+    "fig4.png": Shown("Fig. 4: by how many fibers each point is reached", ("Fig. 4:",)),
+    "fig7.png": Shown("Fig. 7: with how many others each positioner can come into contact", ("Fig. 7:",)),
+    "fig10.png": Shown("Fig. 10: one positioner's path from its target to folded, at two steps", ("Fig. 10:",)),
+    "fig11.png": Shown("Fig. 11: run time of a fold against the step", ("Fig. 11:",)),
+    "fig12.png": Shown("Fig. 12: share of positioners that fold against the buffer", ("Fig. 12:",)),
+    "fig14.png": Shown("Fig. 14: chance that a trial deadlocks against the buffer", ("Fig. 14:",)),
+    "fig15.png": Shown("Fig. 15: how many replacements resolve a deadlocked trial", ("Fig. 15:",)),
+    "fig16.png": Shown("Fig. 16: fold time, and time from target to target, against the buffer", ("Fig. 16:",)),
+}
+
+
 def run(trials: int, folder: Path | None = None) -> list[Row]:
     """Run all experiments with `trials` random fields each; figures go into `folder`, which must exist."""
     plane = FocalPlane.load("sayres2021")
@@ -42,6 +54,8 @@ def run(trials: int, folder: Path | None = None) -> list[Row]:
     if folder is not None:
         from fiberplan.reproductions.sayres2021 import figures  # matplotlib takes a while to import
 
+        figures.fig4(plane, folder / "fig4.png")
+        figures.fig7(plane, folder / "fig7.png")
         figures.fig10(plane, paths, PATH_STEPS, folder / "fig10.png")
         figures.fig11(times, folder / "fig11.png")
         figures.fig12(coarse, folder / "fig12.png")
@@ -49,6 +63,7 @@ def run(trials: int, folder: Path | None = None) -> list[Row]:
         figures.fig15(reliefs, folder / "fig15.png")
         figures.fig16(coarse, reliefs, folder / "fig16.png")
     return [
+        *tables.workspaces(plane),
         *tables.paths(plane, paths, PATH_STEPS),
         *tables.run_times(times),
         *tables.folded(coarse),

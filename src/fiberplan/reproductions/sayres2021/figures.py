@@ -11,10 +11,19 @@ from fiberplan.motion import Trajectory
 from fiberplan.reproductions.sayres2021 import published
 from fiberplan.reproductions.sayres2021.relief import Reliefs
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, LITERAL, RULES, SAMPLED, Rule
-from fiberplan.reproductions.sayres2021.tables import REGIMES, degrees, most_winding, pool, target_to_target
+from fiberplan.reproductions.sayres2021.tables import (
+    COVERAGE_STEP,
+    REGIMES,
+    degrees,
+    most_winding,
+    pool,
+    target_to_target,
+)
 from fiberplan.reproductions.sayres2021.trials import Sweep
 from fiberplan.visuals import style
-from fiberplan.visuals.figures import blank, rounded, save
+from fiberplan.visuals.canvas import blank, save
+from fiberplan.visuals.figures import coverage, multiplicity
+from fiberplan.visuals.shapes import rounded
 
 COLOUR = {CERTIFIED: style.SERIES[0], LITERAL: style.SERIES[1], SAMPLED: style.SERIES[2]}
 MARKER = {CERTIFIED: "o", LITERAL: "s", SAMPLED: "^"}
@@ -22,7 +31,24 @@ SHIFT = {LITERAL: -0.012, SAMPLED: 0.0, CERTIFIED: 0.012}  #: so that equal valu
 BESIDE = 0.045  #: a second series stands this far beside the first [mm]
 BARS = {"markersize": 5, "linewidth": 1.4, "capsize": 2}
 PAPER = {"color": style.PAPER_SERIES, "linewidth": 1.4, "linestyle": (0, (5, 2))}
+TITLE = {"loc": "left", "color": style.INK.light, "fontweight": "bold", "fontsize": 11}
 BUFFER = "collision buffer [mm]"
+
+
+def fig4(plane: FocalPlane, path: Path) -> None:
+    """By how many fibers each point is reached."""
+    figure, (ax,) = blank((7.2, 5.6))
+    coverage(plane, ax, step=COVERAGE_STEP)
+    ax.set_title("Fig. 4: how many fibers reach each point", **TITLE)
+    save(figure, path)
+
+
+def fig7(plane: FocalPlane, path: Path) -> None:
+    """With how many others each positioner can come into contact."""
+    figure, (ax,) = blank((7.2, 5.6))
+    multiplicity(plane, ax)
+    ax.set_title("Fig. 7: with how many others contact is possible", **TITLE)
+    save(figure, path)
 
 
 def fig10(plane: FocalPlane, motions: list[Trajectory], steps: list[float], path: Path) -> None:
@@ -51,7 +77,7 @@ def fig10(plane: FocalPlane, motions: list[Trajectory], steps: list[float], path
     left.set_xlim(middle[0] - half, middle[0] + half)
     left.set_ylim(middle[1] - half, middle[1] + half)
     _finish(left, f"Fig. 10: {plane.ids[i]} from its target to folded", "x [mm]", "y [mm]", columns=2)
-    _finish(right, "its joint angles", "time [s]", "[deg]", columns=2)
+    _finish(right, "its joint angles", "time [s]", "joint angle [deg]", columns=2)
     save(figure, path)
 
 
@@ -82,7 +108,7 @@ def fig12(sweep: Sweep, path: Path) -> None:
     below = [published.RADIUS, published.FOLDED_BELOW]
     ax.plot(below, [published.FOLDED] * 2, **PAPER, label="Sayres2021: above this")
     _collapse(ax, "falls sharply past this")
-    _finish(ax, "Fig. 12: share of positioners that fold", BUFFER, "", columns=2)
+    _finish(ax, "Fig. 12: share of positioners that fold", BUFFER, "share that folds", columns=2)
     save(figure, path)
 
 
@@ -107,7 +133,7 @@ def fig14(coarse: Sweep, fine: Sweep, path: Path) -> None:
     ax.plot([published.RADIUS - 0.06, published.RADIUS + 0.1], [published.DEADLOCK] * 2, **PAPER)
     ax.plot([published.COLLAPSE, 3.05], [1.0, 1.0], **PAPER, label="Sayres2021: below this, then at this")
     _collapse(ax, "certain past this")
-    _finish(ax, "Fig. 14: chance that a trial deadlocks", BUFFER, "", columns=2)
+    _finish(ax, "Fig. 14: chance that a trial deadlocks", BUFFER, "chance of a deadlock", columns=2)
     save(figure, path)
 
 
@@ -147,8 +173,8 @@ def fig16(sweep: Sweep, reliefs: Reliefs, path: Path) -> None:
     _against_buffer(axes[0], alone, ", folds alone")
     _against_buffer(axes[0], made, ", replaced", hollow=True)
     _against_buffer(axes[1], moves, ", replaced", hollow=True)
-    _finish(axes[0], "Fig. 16: target to folded", BUFFER, "[s]", columns=2)
-    _finish(axes[1], "Fig. 16: target to folded to target", BUFFER, "[s]", columns=2)
+    _finish(axes[0], "Fig. 16: target to folded", BUFFER, "time [s]", columns=2)
+    _finish(axes[1], "Fig. 16: target to folded to target", BUFFER, "time [s]", columns=2)
     save(figure, path)
 
 
@@ -183,7 +209,7 @@ def _collapse(ax: Axes, text: str) -> None:
 
 def _finish(ax: Axes, title: str, x: str, y: str, columns: int) -> None:
     """Words, and the legend below."""
-    ax.set_title(title, loc="left", color=style.INK.light, fontweight="bold", fontsize=11)
+    ax.set_title(title, **TITLE)
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     legend = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "frameon": False, "fontsize": 9}

@@ -9,6 +9,8 @@ import math
 RADIUS = 1.5  #: of the arm when no margin is kept [mm]
 COLLAPSE = 2.25  #: buffer past which folding fails [mm]
 
+REACHED = "typically any point"  #: Fig. 4: by three or more (abstract)
+TOUCHED = "6 in the text"  #: Fig. 7: neighbours of a positioner
 RUN_TIME = {1.0: 0.2, 0.01: 40.0}  #: Fig. 11: step [deg] -> time of a fold [s]
 FOLDED = 0.997  #: Fig. 12: more than this share folds at buffers below ...
 FOLDED_BELOW = 2.0  #: ... this [mm]

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.focal_plane.coverage import coverage
 from fiberplan.motion import Trajectory
 from fiberplan.reproductions.rows import Row, mean, share, value
 from fiberplan.reproductions.sayres2021 import published
@@ -13,12 +14,25 @@ from fiberplan.reproductions.sayres2021.relief import Reliefs, Relieved
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, RULES, Rule
 from fiberplan.reproductions.sayres2021.trials import Sweep, apart, turned
 
+COVERAGE_STEP = 0.5  #: between points of a map [mm]
 REGIMES = {"below": f"below {published.COLLAPSE:g} mm", "above": f"above {published.COLLAPSE:g} mm"}
 
 
 def degrees(step: float) -> str:
     """A step [rad] as text."""
     return f"{np.degrees(step):g} deg"
+
+
+def workspaces(plane: FocalPlane) -> Iterator[Row]:
+    """Figs. 4 and 7: who reaches where, and who can touch whom."""
+    shares = coverage(plane, COVERAGE_STEP).shares()
+    for k, part in enumerate(shares, 1):
+        yield value(f"Fig. 4: share of the area that is reached by {k}", None, part, 1)
+    yield value("Fig. 4: share of the area that is reached by 3 or more", published.REACHED, shares[2:].sum(), 1)
+    pairs = plane.pairs_within(0.0).ravel()
+    others = np.bincount(pairs, minlength=plane.n)
+    yield value("Fig. 7: most others that a positioner can touch", published.TOUCHED, others.max(), plane.n)
+    yield value("Fig. 7: others that a positioner can touch, median", None, np.median(others), plane.n)
 
 
 def paths(plane: FocalPlane, motions: list[Trajectory], steps: list[float]) -> Iterator[Row]:

@@ -1,0 +1,35 @@
+"""Which pairs come closest in a plan, by what is proven of them."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from fiberplan.plan.plan import Plan
+
+
+@dataclass(frozen=True)
+class Close:
+    """A pair and its least clearance over the whole motion."""
+
+    pair: tuple[int, int]  #: positioners; -1 - k is obstacle k
+    names: tuple[str, str]
+    clearance: float  #: proven lower bound [mm]
+
+
+def closest_pairs(plan: "Plan", count: int = 1) -> tuple[Close, ...]:
+    """The `count` pairs of least proven clearance, the closest first.
+
+    Two that cannot move are left out: how they stand is no merit of the plan.
+    """
+    plane, certificate = plan.problem.plane, plan.certificate
+    fixed = np.asarray(certificate.obstacle_pairs).reshape(-1, 2) * [1, -1] - [0, 1]
+    pairs = np.concatenate([np.asarray(certificate.pairs).reshape(-1, 2), fixed])
+    gaps = np.concatenate([certificate.clearance, certificate.obstacle_clearance])
+    movable = plane.online[pairs[:, 0]] | ((pairs[:, 1] >= 0) & plane.online[pairs[:, 1]])
+    pairs, gaps = pairs[movable], gaps[movable]
+    return tuple(
+        Close((int(a), int(b)), (plane.label(int(a)), plane.label(int(b))), float(gap))
+        for (a, b), gap in ((pairs[k], gaps[k]) for k in np.argsort(gaps, kind="stable")[:count])
+    )
