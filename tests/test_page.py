@@ -17,7 +17,8 @@ from fiberplan.plan.diagnosis import diagnose
 from fiberplan.problem import Dropped, Problem
 from fiberplan.visuals import show
 from fiberplan.visuals.page import SCRIPTS, render
-from fiberplan.visuals.page_data import page_data, proven_clearance
+from fiberplan.visuals.page_data import page_data
+from fiberplan.visuals.proof_data import proven_clearance
 
 pytestmark = pytest.mark.small
 
@@ -110,13 +111,13 @@ def test_page_asks_for_nothing_else(tmp_path):
 
 def test_strings_from_files_are_inert():
     ids = (HOSTILE, *small_plan().problem.plane.ids[1:])
-    text = render(small_plan(ids=ids, name=f"array {HOSTILE}")).decode()
+    text = render([small_plan(ids=ids, name=f"array {HOSTILE}")]).decode()
     assert "<img" not in text
     assert "<b>assumed" not in text
     assert text.count("</script>") == 2
     embedded = json.loads(re.search(r'id="plan">(.*?)</script>', text, re.DOTALL).group(1))
-    assert embedded["ids"][0] == HOSTILE
-    assert embedded["notes"] == ["beta <b>assumed</b>"]
+    assert embedded["plans"][0]["ids"][0] == HOSTILE
+    assert embedded["plans"][0]["notes"] == ["beta <b>assumed</b>"]
 
 
 def test_ids_beyond_ascii_and_unpaired_surrogates_can_be_written(tmp_path):
@@ -136,7 +137,9 @@ def test_data_is_the_plan():
     np.testing.assert_allclose(floats("angles", "<f4").reshape(-1, 2), plan.trajectory.angles, atol=1e-6)
     names = [outcome["meaning"] for outcome in data["outcomes"]]
     assert [names[k] for k in floats("outcome", "u1")] == [outcome.value for outcome in plan.outcomes]
-    assert data["blockers"] == {str(STUCK): [8, -1], str(LOST): [1, -1]}
+    blockers = {loss["positioner"]: loss["blockers"] for loss in data["losses"] if loss["blockers"]}
+    assert blockers == {STUCK: [8, -1], LOST: [1, -1]}
+    np.testing.assert_array_equal(floats("priority", "<f4"), plan.problem.priority)
     goal = floats("goal", "<f4").reshape(-1, 2)
     np.testing.assert_allclose(goal[LOST], plan.problem.plane.fibers(plan.problem.requested)[LOST], atol=1e-4)
     assert np.isnan(goal[IDLE]).all()
@@ -148,11 +151,10 @@ def test_data_is_the_plan():
 def test_diagnosis_is_the_librarys():
     plan = small_plan()
     data, diagnosis = page_data(plan), diagnose(plan)
-    assert data["causes"] == {str(loss.positioner): loss.cause for loss in diagnosis.losses}
-    assert HOSTILE in data["causes"][str(LOST)]
-    for loss in diagnosis.losses:
-        shown = data["diagnosis"]["losses"][str(loss.positioner)]
-        assert shown == {"priority": loss.priority, "distance": pytest.approx(loss.distance)}
+    assert HOSTILE in data["losses"][0]["cause"]
+    for shown, loss in zip(data["losses"], diagnosis.losses, strict=True):
+        assert (shown["positioner"], shown["cause"], shown["priority"]) == (loss.positioner, loss.cause, loss.priority)
+        assert shown["distance"] == pytest.approx(loss.distance)
     assert {LOST, STUCK} <= {loss.positioner for loss in diagnosis.losses}
     assert [one["positioner"] for one in data["diagnosis"]["slowest"]] == [s.positioner for s in diagnosis.slowest]
     assert data["diagnosis"]["boundBy"]["needed"] == diagnosis.bound_by.needed
@@ -165,13 +167,13 @@ def test_a_target_out_of_reach_has_no_distance():
     goal[LOST] = np.nan
     problem = Problem(plan.problem.plane, plan.problem.start, goal, 0.5, dropped={LOST: Dropped("out of reach")})
     data = page_data(Plan(problem, plan.trajectory, plan.outcomes, "none"))
-    assert data["diagnosis"]["losses"][str(LOST)]["distance"] is None
+    assert next(loss for loss in data["losses"] if loss["positioner"] == LOST)["distance"] is None
     json.dumps(data, allow_nan=False)
 
 
 def test_proven_clearance_names_the_tightest_neighbour():
     plan = small_plan(touching=True)
-    smallest, partner = proven_clearance(plan)
+    smallest, partner = proven_clearance(plan.problem.plane, plan.certificate)
     assert plan.certificate.contacts[0].pair == (CENTRE, RIGHT)
     assert partner[CENTRE] == RIGHT
     assert partner[RIGHT] == CENTRE
@@ -185,9 +187,9 @@ def test_proven_clearance_names_the_tightest_neighbour():
 
 def test_clearance_of_two_that_cannot_move_is_no_merit_of_the_plan():
     still = still_plan()
-    assert np.isinf(proven_clearance(still)[0]).all()
+    assert np.isinf(proven_clearance(still.problem.plane, still.certificate)[0]).all()
     assert page_data(still)["certificate"]["smallest"] is None
-    assert render(still)
+    assert render([still])
 
 
 @pytest.mark.parametrize(("touching", "words"), [(False, "Proven safe"), (True, "Not safe: 1 contact at")])
@@ -203,7 +205,7 @@ def test_five_thousand_positioners_stay_light():
     motion = Trajectory.from_samples(times, plane.folded * [1.0, 0.9] + 0.01 * times[:, None, None])
     plan = Plan(problem, motion, (Outcome.NO_TARGET,) * plane.n, "none")
     assert plane.n == 4921
-    assert len(render(plan)) < 3e6
+    assert len(render([plan])) < 3e6
 
 
 def test_unwritable_page_is_one_line_and_leaves_nothing(tmp_path):
@@ -217,7 +219,7 @@ def test_unwritable_page_is_one_line_and_leaves_nothing(tmp_path):
 
 
 def test_same_plan_same_page():
-    assert render(small_plan()) == render(small_plan())
+    assert render([small_plan()]) == render([small_plan()])
 
 
 def test_assets_are_ascii_and_name_their_model():

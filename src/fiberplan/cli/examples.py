@@ -21,7 +21,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan diagnose plan.fits", "why who did not arrive, and what took the time"),
         ("fiberplan diagnose plan.fits --json", "the same for programs"),
     ),
-    "show": (("fiberplan show plan.fits -o plan.html", "open plan.html in a browser"),),
+    "show": (
+        ("fiberplan show plan.fits -o plan.html", "open plan.html in a browser"),
+        ("fiberplan show a.fits b.fits -o both.html", "two plans side by side"),
+    ),
     "export": (
         ("fiberplan export plan.fits --to ecsv -o knots.ecsv", "angles over time"),
         ("fiberplan export plan.fits --to motions -o moves.ecsv", "a list of moves"),

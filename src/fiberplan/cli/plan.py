@@ -121,9 +121,10 @@ def plan(
         if output is not None:
             planned.write(output)
         if page is not None:
+            from fiberplan.cli.page import origin_now
             from fiberplan.visuals import show
 
-            show(planned, page)
+            show(planned, page, origin_now(planned, targets, output))
     written = [path for path in (output, page) if path is not None]
 
     if json:
