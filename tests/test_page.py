@@ -2,23 +2,31 @@
 
 import base64
 import json
+import os
 import re
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
 import pytest
 
+from fiberplan import __version__
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.plan.diagnosis import diagnose
+from fiberplan.planners import PLANNERS
 from fiberplan.problem import Dropped, Problem
 from fiberplan.visuals import show
+from fiberplan.visuals.approaches import CEILING, approaches
+from fiberplan.visuals.heights import kinds, passed_over
+from fiberplan.visuals.origin import Origin
 from fiberplan.visuals.page import SCRIPTS, render
 from fiberplan.visuals.page_data import page_data
 from fiberplan.visuals.proof_data import proven_clearance
+from fiberplan.visuals.settings import UNITS, said_settings
 
 pytestmark = pytest.mark.small
 
@@ -40,7 +48,14 @@ def small_plan(touching: bool = False, **changes) -> Plan:
     goal[IDLE] = np.nan
     lost = {LOST: Dropped(f"its goal touches something at rest: {HOSTILE}", (1, -1))}
     problem = Problem(
-        plane, plane.folded, goal, margin=0.5, conflicts="drop", dropped=lost, notes=("beta <b>assumed</b>",)
+        plane,
+        plane.folded,
+        goal,
+        margin=0.5,
+        conflicts="drop",
+        dropped=lost,
+        notes=("beta <b>assumed</b>",),
+        source="designs/field-7.ecsv",
     )
     rest = dict.fromkeys(problem.dropped, Outcome.DROPPED) | {
         OFFLINE: Outcome.OFFLINE,
@@ -56,7 +71,13 @@ def small_plan(touching: bool = False, **changes) -> Plan:
         there_and_back = np.stack([problem.start, out, problem.start])
         motion = Trajectory.from_samples(np.array([0.0, 6.0, 12.0]), there_and_back).then(motion)
     return Plan(
-        problem, motion, outcomes, "greedy-fold", {"step": "1 deg"}, blockers={STUCK: (8, -1)}, timings={"fold": 0.02}
+        problem,
+        motion,
+        outcomes,
+        "greedy-fold",
+        {"step": np.radians(1.0)},
+        blockers={STUCK: (8, -1)},
+        timings={"fold": 0.02},
     )
 
 
@@ -220,6 +241,93 @@ def test_unwritable_page_is_one_line_and_leaves_nothing(tmp_path):
 
 def test_same_plan_same_page():
     assert render([small_plan()]) == render([small_plan()])
+
+
+def test_page_says_where_a_plan_comes_from():
+    data = page_data(small_plan(), Origin("night/plan.fits", "2026-11-26 21:15 UTC"))
+    assert data["title"] == "field-7 on small array"
+    said = dict(data["origin"])
+    assert said["targets"] == "field-7.ecsv"
+    assert (said["plan"], said["date"], said["fiberplan"]) == ("night/plan.fits", "2026-11-26 21:15 UTC", __version__)
+    assert page_data(still_plan(), Origin("plan.fits"))["title"] == "plan on hexagonal"
+
+
+def test_origin_of_a_file_and_of_now(tmp_path, monkeypatch):
+    path = tmp_path / "one.fits"
+    path.write_bytes(b"")
+    os.utime(path, (0, 60))
+    assert Origin.of_file(path) == Origin("one.fits", "1970-01-01 00:01 UTC")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "3600")
+    assert Origin.now() == Origin("", "1970-01-01 01:00 UTC")
+
+
+def test_settings_have_the_units_of_the_planners():
+    told = {f.name: f.metadata["unit"] for p in PLANNERS.values() for f in fields(p) if f.metadata.get("unit")}
+    assert told == UNITS
+    said = dict(said_settings({"step": np.radians(1.0), "turn": None, "tries": 3, "seed": 1}))
+    assert said == {"step": "1 deg", "turn": "None", "tries": "3"}
+
+
+def test_losses_are_grouped_by_cause():
+    groups = {loss["positioner"]: loss["group"] for loss in page_data(small_plan())["losses"]}
+    assert groups == {LOST: "dropped: its goal touches something at rest", STUCK: "deadlocked", OFFLINE: "offline"}
+
+
+def test_two_plans_share_a_page_and_three_do_not(tmp_path):
+    show([small_plan(), small_plan(touching=True)], tmp_path / "both.html")
+    text = (tmp_path / "both.html").read_text()
+    plans = json.loads(re.search(r'id="plan">(.*?)</script>', text, re.DOTALL).group(1))["plans"]
+    assert [plan["certificate"]["ok"] for plan in plans] == [True, False]
+    with pytest.raises(PlanError, match="one plan or two, not 3"):
+        show([small_plan()] * 3, tmp_path / "three.html")
+
+
+def test_approaches_find_the_nearest_moment_of_each_pair():
+    plan = small_plan(touching=True)
+    plane, motion, proof = plan.problem.plane, plan.trajectory, plan.certificate
+    found = approaches(plane, motion, proof)
+    worst = found.closest[0]
+    assert worst.pair == (CENTRE, RIGHT)
+    assert worst.time == pytest.approx(6.0, abs=1e-3)  # where it turns back
+    for one in found.closest:
+        a, b = map(plane.arm, one.pair)
+        gap = plane.clearance(motion.at(one.time), np.array([[a, b]]))[0]
+        assert gap == pytest.approx(one.clearance, abs=1e-9)
+        assert one.proven <= one.clearance <= one.proven + 0.02
+    assert [one.proven for one in found.closest] == sorted(one.proven for one in found.closest)
+    assert found.gaps.min() == worst.clearance
+    assert np.all(np.diff(found.times) >= 0)
+    assert found.gaps.max() <= proof.margin + CEILING
+
+
+def test_curve_of_clearances_is_that_of_all_who_can_move():
+    plan = small_plan(touching=True)
+    plane, motion, proof = plan.problem.plane, plan.trajectory, plan.certificate
+    found = approaches(plane, motion, proof)
+    every = plane.arm_pairs_within(proof.margin + CEILING)
+    moves = np.append(plane.online, False)
+    every = every[moves[every].any(axis=1)]
+    for t, gap in zip(found.times[::17], found.gaps[::17], strict=True):
+        assert gap == pytest.approx(min(plane.clearance(motion.at(t), every).min(), proof.margin + CEILING))
+
+
+def test_approaches_of_a_plan_without_motion():
+    still = still_plan()
+    found = approaches(still.problem.plane, still.trajectory, still.certificate)
+    assert len(found.times) == len(found.closest) == 0
+
+
+def test_kinds_say_what_may_lie_over_what():
+    camera = Obstacle("camera", np.zeros((1, 2)), 1.0, category="camera", meets=("hub",))
+    posts = [Obstacle(name, np.zeros((1, 2)), 1.0) for name in ("P1", "P2")]
+    bodies = (Body(np.zeros((1, 2)), 1.0), Body(np.zeros((1, 2)), 1.0, category="hub", meets=("hub",), name="hub"))
+    plane = FocalPlane.hexagonal(1, 22.4, bodies=bodies).replace(obstacles=(camera, *posts))
+    arm, hub, high, low = kinds(plane)
+    assert (arm.meets, arm.over) == (("arm", "obstacle"), ("hub", "camera"))
+    assert (hub.meets, hub.over) == (("hub", "camera", "obstacle"), ("arm",))
+    assert (high.name, high.count, high.meets, high.over) == ("camera", 1, ("hub",), ("arm",))
+    assert (low.name, low.count, low.over) == ("obstacle", 2, ())
+    assert passed_over(plane, camera) == ("arm",)
 
 
 def test_assets_are_ascii_and_name_their_model():

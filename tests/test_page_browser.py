@@ -28,7 +28,7 @@ CHROME = os.environ.get("CHROME") or next(
 )
 QUIET = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update")
 QUIET += ("--disable-sync", "--no-first-run")
-ORIGIN = Origin("designs/field-7.ecsv", "plan.fits", "2026-11-26 21:15 UTC", (("step", "1 deg"),))
+ORIGIN = Origin("plan.fits", "2026-11-26 21:15 UTC")
 
 
 STILL, DISPLACED = cache(still_plan), cache(displaced_plan)  # the same plan has the same page

@@ -26,12 +26,12 @@ def demo(
     made_folder(folder)
     refuse_unwritable(plan_output(output), page_output(page))
     with working("planning from field to field of the sdss array"):
-        from fiberplan.cli.page import origin_now
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.planners import Direct, GreedyFold
         from fiberplan.problem import Problem
         from fiberplan.scenes.clustered import clustered_targets
         from fiberplan.visuals import show
+        from fiberplan.visuals.origin import Origin
 
         plane = FocalPlane.load("sdss")
         fields = [clustered_targets(plane, 2 * seed + k, MARGIN) for k in (0, 1)]
@@ -42,7 +42,7 @@ def demo(
         hub = GreedyFold(step=math.radians(1.0), seed=seed).plan(problem)
         faults = plan.faults()
         plan.write(output)
-        show(plan, page, origin_now(plan, fields[1].source, output))
+        show(plan, page, Origin.now(output))
 
     if json:
         say_json(plan_facts(plan, faults) | {"folded": str(hub), "written": [output, page]})

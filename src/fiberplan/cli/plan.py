@@ -121,10 +121,10 @@ def plan(
         if output is not None:
             planned.write(output)
         if page is not None:
-            from fiberplan.cli.page import origin_now
             from fiberplan.visuals import show
+            from fiberplan.visuals.origin import Origin
 
-            show(planned, page, origin_now(planned, targets, output))
+            show(planned, page, Origin.now(output))
     written = [path for path in (output, page) if path is not None]
 
     if json:

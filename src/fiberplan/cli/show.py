@@ -27,12 +27,12 @@ def show(
     files = [plan] if other is None else [plan, other]
     refuse_unwritable(page_output(page), inputs=tuple(files))
     with working("drawing"):
-        from fiberplan.cli.page import origin_of_file
         from fiberplan.plan import Plan
         from fiberplan.visuals import show as draw
+        from fiberplan.visuals.origin import Origin
 
         plans = [Plan.read(file) for file in files]
-        draw(plans, page, [origin_of_file(one, file) for one, file in zip(plans, files, strict=True)])
+        draw(plans, page, [Origin.of_file(file) for file in files])
     if json:
         say_json({"written": [page]})
     else:

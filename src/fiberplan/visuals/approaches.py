@@ -13,10 +13,10 @@ from fiberplan.certificates.safety import CAP as CEILING
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
 
-SAMPLES = 40, 300  #: fewest and most moments of a curve
+SAMPLES = 40, 240  #: fewest and most moments of a curve
 LOOKS = 4_000_000  #: clearances that a curve may cost
-LISTED = 40  #: pairs whose nearest moment is found
-_ZOOMS, _FINER = 3, 8  #: how often, and how much finer, the nearest moment of a pair is looked for
+LISTED = 24  #: pairs whose nearest moment is found
+_ZOOMS, _FINER = 3, 6  #: how often, and how much finer, the nearest moment of a pair is looked for
 
 
 @dataclass(frozen=True)

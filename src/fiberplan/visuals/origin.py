@@ -11,30 +11,23 @@ from fiberplan.plan import Plan
 
 @dataclass(frozen=True)
 class Origin:
-    """Files and date, for the top of a page and for its title."""
+    """File and date, for the top of a page and for its title."""
 
-    targets: str = ""  #: the design or field: a file, or what it is called
     plan: str = ""  #: the plan's file
     date: str = ""  #: for people, such as "2026-11-26 21:15 UTC"
-    settings: tuple[tuple[str, str], ...] = ()  #: of the planner, with units; as they are in the plan unless given
 
     @classmethod
-    def of_file(cls, path: str | os.PathLike, settings: tuple[tuple[str, str], ...] = ()) -> "Origin":
+    def of_file(cls, path: str | os.PathLike) -> "Origin":
         """Of a plan that was read: its file, and when that was written."""
         path = Path(path)
-        return cls(plan=path.name, date=said(path.stat().st_mtime), settings=settings)
+        return cls(path.name, said(path.stat().st_mtime))
 
     @classmethod
-    def now(
-        cls,
-        targets: str | os.PathLike = "",
-        plan: str | os.PathLike = "",
-        settings: tuple[tuple[str, str], ...] = (),
-    ) -> "Origin":
+    def now(cls, plan: str | os.PathLike | None = None) -> "Origin":
         """Of a plan just made; dated by SOURCE_DATE_EPOCH where that is set, so that pages can be repeated."""
         epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
         moment = float(epoch) if epoch.isdigit() else time.time()
-        return cls(Path(targets).name, Path(plan).name, said(moment), settings)
+        return cls(Path(plan or "").name, said(moment))
 
 
 def said(moment: float) -> str:
@@ -45,7 +38,7 @@ def said(moment: float) -> str:
 def title(plan: Plan, origin: Origin) -> str:
     """What tells a page from others: design or file first, since tabs are narrow."""
     name = plan.problem.plane.name
-    field = Path(origin.targets).stem or Path(origin.plan).stem
+    field = Path(plan.problem.source).stem or Path(origin.plan).stem
     return f"{field} on {name}" if field and field != name else name
 
 
@@ -55,7 +48,7 @@ def facts(plan: Plan, origin: Origin) -> list[tuple[str, str]]:
     start = "as given" if problem.state is None else problem.state.source
     rows = (
         ("instrument", problem.plane.name),
-        ("targets", origin.targets),
+        ("targets", Path(problem.source).name),
         ("start", Path(start).name or start),
         ("plan", origin.plan),
         ("planned by", f"{plan.planner}, seed {plan.seed}"),

@@ -11,6 +11,7 @@ from fiberplan.visuals.origin import Origin, facts, title
 from fiberplan.visuals.packing import finite, packed
 from fiberplan.visuals.plane_data import motion_data, plane_data
 from fiberplan.visuals.proof_data import proof_data
+from fiberplan.visuals.settings import said_settings
 
 
 def page_data(plan: Plan, origin: Origin | None = None) -> dict[str, Any]:
@@ -28,7 +29,7 @@ def page_data(plan: Plan, origin: Origin | None = None) -> dict[str, Any]:
         "summary": str(plan),
         "lowerBound": plan.lower_bound,
         "planner": plan.planner,
-        "parameters": list(origin.settings) or _settings(plan),
+        "parameters": said_settings(plan.parameters),
         "seed": plan.seed,
         "timings": {str(key): float(value) for key, value in plan.timings.items()},
         "notes": list(dict.fromkeys(map(str, (*plan.notes, *problem.notes, *plane.notes)))),
@@ -46,16 +47,6 @@ def page_data(plan: Plan, origin: Origin | None = None) -> dict[str, Any]:
         "losses": [_loss(loss) for loss in diagnosis.losses],
         "diagnosis": _diagnosis(diagnosis),
     }
-
-
-def _settings(plan: Plan) -> list[tuple[str, str]]:
-    """A planner's settings as they are in the library."""
-
-    def shown(value: Any) -> str:
-        return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-    own = [(str(key), shown(value)) for key, value in plan.parameters.items() if key != "seed"]
-    return [("units of settings", "rad, mm, s"), *own] if own else []
 
 
 def group_of(loss: Loss) -> str:

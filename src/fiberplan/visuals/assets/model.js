@@ -9,6 +9,7 @@ const ARRAYS = {
 };
 
 function unpack(text, Type) {
+  if (Uint8Array.fromBase64) return new Type(Uint8Array.fromBase64(text).buffer); // quicker, in newer browsers
   const raw = atob(text);
   const bytes = new Uint8Array(raw.length);
   for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);

@@ -102,21 +102,25 @@ class Motion {
 
   // How many positioners move: a step function, as times and the counts from each on.
   movingCounts() {
-    const changes = [], { times: knots, angles, offsets, n } = this.model;
+    const { times: knots, angles, offsets, n } = this.model, starts = [], stops = [];
     for (let i = 0; i < n; i++) {
+      let moving = false;
       for (let k = offsets[i]; k + 1 < offsets[i + 1]; k++) {
-        const still = angles[2 * k] === angles[2 * k + 2] && angles[2 * k + 1] === angles[2 * k + 3];
-        if (!still) changes.push([knots[k], 1], [knots[k + 1], -1]);
+        const moves = angles[2 * k] !== angles[2 * k + 2] || angles[2 * k + 1] !== angles[2 * k + 3];
+        if (moves !== moving) (moves ? starts : stops).push(knots[k]);
+        moving = moves;
       }
+      if (moving) stops.push(knots[offsets[i + 1] - 1]);
     }
-    changes.sort((a, b) => a[0] - b[0]);
-    const times = [0], counts = [0];
-    for (const [t, step] of changes) {
+    const begun = Float32Array.from(starts).sort(), ended = Float32Array.from(stops).sort(), times = [0], counts = [0];
+    for (let a = 0, b = 0, count = 0; b < ended.length; ) {
+      const t = a < begun.length ? Math.min(begun[a], ended[b]) : ended[b];
+      while (a < begun.length && begun[a] === t) a++, count++;
+      while (b < ended.length && ended[b] === t) b++, count--;
       if (t > times[times.length - 1]) {
         times.push(t);
-        counts.push(counts[counts.length - 1]);
-      }
-      counts[counts.length - 1] += step;
+        counts.push(count);
+      } else counts[counts.length - 1] = count;
     }
     return { times, counts, most: counts.reduce((a, b) => Math.max(a, b), 0) };
   }

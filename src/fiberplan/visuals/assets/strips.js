@@ -91,7 +91,7 @@ const letters = (models, strip) => models.length > 1 && models.forEach((_, m) =>
 
 // How many positioners move; of two plans, the second is dashed.
 function movingStrip(models) {
-  const counts = models.map((model) => model.motion.movingCounts());
+  const counts = models.map((model) => model.moves);
   return (strip) => {
     [strip.low, strip.high] = [0, Math.max(1, ...counts.map(({ most }) => most))];
     counts.forEach(({ times, counts: values }, m) =>
