@@ -60,7 +60,7 @@ def tabs(browser, tmp_path_factory):
         if key not in opened:
             path = folder / f"{len(opened)}.html"
             show(plans, path, [ORIGIN] * len(plans))
-            width, height = settings.pop("viewport", (1200, 800))
+            width, height = settings.pop("viewport", (1000, 640))
             context = browser.new_context(viewport={"width": width, "height": height}, **settings)
             page = context.new_page()
             page.on("console", lambda message: heard.append(f"{message.type}: {message.text}"))
@@ -81,8 +81,9 @@ def open_page(tabs):
     """The page of a plan as it is first seen; afterwards nothing may have been fetched, logged or thrown."""
     tab, heard = tabs
 
-    def opened(*plans, **settings):
+    def opened(*plans, color_scheme="light", **settings):
         page = tab(plans, settings)
+        page.emulate_media(color_scheme=color_scheme, reduced_motion="reduce")
         page.mouse.move(5, 5)
         page.select_option("#colour", "outcome")
         page.fill("#search", "")
@@ -90,28 +91,27 @@ def open_page(tabs):
         page.keyboard.press("Escape")
         page.keyboard.press("0")
         page.keyboard.press("Home")
-        picture(page)
+        settle(page)
         return page
 
     yield opened
     assert heard == []
 
 
-def picture(page, id_="field"):
-    """The canvas as text, once what was asked for is drawn."""
+def settle(page):
+    """Until what was asked for is drawn."""
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def picture(page, id_="field"):
+    """The canvas as text."""
+    settle(page)
     return page.evaluate(f"document.getElementById('{id_}').toDataURL()")
-
-
-def landed(page):
-    """After the view has glided to a place."""
-    page.wait_for_timeout(400)
-    return picture(page)
 
 
 def set_time(page, t):
     page.locator("#slider").evaluate("(node, t) => { node.value = t; node.dispatchEvent(new Event('input')); }", t)
-    picture(page)
+    settle(page)
 
 
 def middle(page):
@@ -192,7 +192,7 @@ def test_keys(open_page):
     page = open_page(small_plan())
     page.keyboard.press("Shift+ArrowRight")
     page.keyboard.press("ArrowLeft")
-    picture(page)
+    settle(page)
     assert page.locator("#clock").inner_text().startswith("1.44 s")
     page.locator("#field").focus()
     page.keyboard.press(" ")
@@ -282,7 +282,7 @@ def test_lost_targets_by_cause_and_priority(open_page):
 
 def red(page):
     """Whether the canvas has a pixel of the colour of blame, once what was asked for is drawn."""
-    picture(page)
+    settle(page)
     return page.evaluate(
         """() => {
           const { width, height } = document.getElementById("field");
@@ -306,7 +306,7 @@ def test_a_loss_shows_who_is_in_the_way(open_page):
     assert "it ends where it starts" in item.inner_text()
     assert not red(page)
     item.get_by_role("button", name=plan.problem.plane.ids[STUCK], exact=True).click()
-    landed(page)
+    settle(page)
     assert red(page)
     words = page.locator("#selected").inner_text()
     assert words.split("\n")[1] == plan.problem.plane.ids[STUCK]
@@ -336,7 +336,7 @@ def test_contacts_are_listed_and_lead_to_their_moment(open_page):
     assert "NOT SAFE" in page.locator(".verdict").inner_text()
     contact = plan.certificate.contacts[0]
     page.locator("#trouble button").first.click()
-    landed(page)
+    settle(page)
     assert page.locator("#clock").inner_text().startswith(f"{contact.time:.2f} s")
     words = page.locator("#selected").inner_text()
     assert number(words, "clearance now") == pytest.approx(plan.problem.margin, abs=0.02)
@@ -350,18 +350,18 @@ def test_the_worst_moment_is_two_clicks_away(open_page):
     first = page.locator("#closest li").first
     assert first.inner_text().startswith(f"{ids[CENTRE]}, {ids[RIGHT]}")
     first.get_by_role("button").click()
-    landed(page)
+    settle(page)
     assert page.locator("#clock").inner_text().startswith(f"{found.closest[0].time:.2f} s")
     now = number(page.locator("#selected").inner_text(), "clearance now")
     assert now == pytest.approx(found.closest[0].clearance, abs=2e-3)
     assert page.locator("#nearest").inner_text() == f"closest: {now:.3f} mm, {ids[CENTRE]} and {ids[RIGHT]}"
     page.keyboard.press("Home")
     page.keyboard.press("c")
-    picture(page)
+    settle(page)
     assert page.locator("#clock").inner_text().startswith(f"{found.closest[0].time:.2f} s")
     box = page.locator("#clearances").bounding_box()
     page.mouse.click(box["x"] + 8 + (box["width"] - 16) * 0.25, box["y"] + 20)
-    picture(page)
+    settle(page)
     assert page.locator("#clock").inner_text().startswith(f"{0.25 * plan.makespan:.1f}")
 
 
@@ -412,7 +412,7 @@ def test_colours_by_clearance_progress_and_priority(open_page):
     page.keyboard.press("End")
     page.locator("#play").focus()
     page.keyboard.press("End")
-    picture(page)
+    settle(page)
     assert page.locator("#legend [data-class='5']").inner_text().split() == ["there", "15"]
 
 
@@ -430,11 +430,15 @@ def test_hostile_strings_do_nothing(open_page):
     assert page.evaluate("window.hit === undefined && document.images.length === 0")
 
 
-@pytest.mark.parametrize(("scheme", "shade"), [("light", 255), ("dark", 14)])
-def test_follows_the_reader_by_day_and_night(open_page, scheme, shade):
-    page = open_page(small_plan(), color_scheme=scheme)
-    corner = "node => node.getContext('2d').getImageData(9, node.height - 9, 1, 1).data[0]"
-    assert page.locator("#field").evaluate(corner) == shade
+def test_follows_the_reader_by_day_and_night(open_page):
+    corner = """node => {
+      const ink = new OffscreenCanvas(1, 1).getContext("2d");
+      ink.drawImage(node, 9, node.height - 9, 1, 1, 0, 0, 1, 1);
+      return ink.getImageData(0, 0, 1, 1).data[0];
+    }"""
+    for scheme, shade in (("light", 255), ("dark", 14), ("light", 255)):
+        page = open_page(small_plan(), color_scheme=scheme)
+        assert page.locator("#field").evaluate(corner) == shade
 
 
 def test_a_plan_without_motion(open_page):
@@ -449,7 +453,7 @@ def test_links_lead_to_a_moment_and_follow(open_page):
     page, ids = open_page(plan), plan.problem.plane.ids
     page.evaluate("id => { location.hash = `t=3.2&id=${encodeURIComponent(id)}&colour=progress`; }", ids[STUCK])
     page.locator("#selected .name", has_text=ids[STUCK]).wait_for()
-    picture(page)
+    settle(page)
     assert page.locator("#clock").inner_text().startswith("3.20 s")
     assert page.locator("#colour").input_value() == "progress"
     set_time(page, 8)
@@ -483,12 +487,12 @@ def test_touch_on_a_phone(open_page):
     item = page.locator("#losses").get_by_role("button", name=ids[STUCK], exact=True)
     item.scroll_into_view_if_needed()
     item.tap()
-    landed(page)
+    settle(page)
     box = page.locator("#field").bounding_box()
     assert box["y"] >= -1  # the picture came into view
     assert box["y"] + box["height"] <= 844
     page.locator("#reset").tap()
-    picture(page)
+    settle(page)
     page.touchscreen.tap(*middle(page))
     page.locator("#selected .name", has_text=ids[CENTRE]).wait_for()
 
@@ -514,12 +518,12 @@ def test_two_plans_side_by_side(open_page):
     page.locator("#tabs button").nth(1).click()
     assert page.locator("#trouble").is_visible()
     page.locator("#trouble button").first.click()
-    landed(page)
+    settle(page)
     assert ids[CENTRE] in page.locator("#selected").inner_text()
     page.keyboard.press("0")
     box = page.locator("#field").bounding_box()
     page.keyboard.press("Home")
-    picture(page)
+    settle(page)
     page.mouse.click(box["x"] + box["width"] / 2 + 2, box["y"] + box["height"] / 2)
     page.locator("#selected .name", has_text=ids[CENTRE]).wait_for()
     assert page.locator("#trouble").is_hidden()  # a click on A tells of A
