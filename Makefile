@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 CHROMIUM := chromium chromium-browser google-chrome
 
-.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises picture browser format clean
+.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -44,6 +44,9 @@ bench-pairs: $(VENV)/.installed ## every planner and verify against another comm
 
 bench-premises: $(VENV)/.installed ## starts, machines and targets as they are; OPTIONS="--only touching --trials 20" for a part
 	nice $(BIN)/python benchmarks/premises.py $(OPTIONS)
+
+bench-page: $(VENV)/.test ## the HTML page: its size, how soon it opens, frames a second; needs Chromium
+	$(BIN)/python benchmarks/page.py $(OPTIONS)
 
 picture: demo ## the picture of the README
 	$(BIN)/python docs/picture.py demo/plan.fits docs/plan.png

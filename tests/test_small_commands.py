@@ -1,6 +1,7 @@
 """Every command on two robots, within this process: with the compiler off these run in seconds."""
 
 import json
+import re
 import signal
 from functools import partial
 from pathlib import Path
@@ -72,7 +73,8 @@ def test_a_plan_from_its_making_to_its_export(folder, capsys):
     moves = QTable.read("p.ecsv")
     assert set(moves["positioner"]) == set(START)
     assert told(capsys, 0, "show", "p.fits", "-o", "again.html") == "wrote again.html\n"
-    assert (folder / "again.html").read_bytes() == (folder / "p.html").read_bytes()
+    pages = [(folder / name).read_text() for name in ("p.html", "again.html")]
+    assert len({re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", "DATE", page) for page in pages}) == 1
     assert "reversals of alpha: median 0" in told(capsys, 0, "diagnose", "p.fits")
 
 

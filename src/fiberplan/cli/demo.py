@@ -31,6 +31,7 @@ def demo(
         from fiberplan.problem import Problem
         from fiberplan.scenes.clustered import clustered_targets
         from fiberplan.visuals import show
+        from fiberplan.visuals.origin import Origin
 
         plane = FocalPlane.load("sdss")
         fields = [clustered_targets(plane, 2 * seed + k, MARGIN) for k in (0, 1)]
@@ -41,7 +42,7 @@ def demo(
         hub = GreedyFold(step=math.radians(1.0), seed=seed).plan(problem)
         faults = plan.faults()
         plan.write(output)
-        show(plan, page)
+        show(plan, page, Origin.now(output))
 
     if json:
         say_json(plan_facts(plan, faults) | {"folded": str(hub), "written": [output, page]})

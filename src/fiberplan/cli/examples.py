@@ -26,7 +26,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan diagnose plan.fits", "why who did not arrive, and what took the time"),
         ("fiberplan diagnose plan.fits --json", "the same for programs"),
     ),
-    "show": (("fiberplan show plan.fits -o plan.html", "open plan.html in a browser"),),
+    "show": (
+        ("fiberplan show plan.fits -o plan.html", "open plan.html in a browser"),
+        ("fiberplan show a.fits b.fits -o both.html", "two plans side by side"),
+    ),
     "figure": (
         ("fiberplan figure plan.fits clearance -o near.pdf", "how near arms come"),
         ("fiberplan figure plan.fits joint-space --positioner R0C1 -o q.svg", "what blocks one"),

@@ -136,8 +136,9 @@ def plan(
             planned.write(output)
         if page is not None:
             from fiberplan.visuals import show
+            from fiberplan.visuals.origin import Origin
 
-            show(planned, page)
+            show(planned, page, Origin.now(output))
     written = [path for path in (output, page) if path is not None]
 
     if json:

@@ -1,4 +1,4 @@
-"""``fiberplan show``: a plan as an HTML page."""
+"""``fiberplan show``: a plan, or two side by side, as an HTML page."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,6 +12,10 @@ from fiberplan.cli.output import page_output, refuse_unwritable, say, working
 
 def show(
     plan: PlanArgument,
+    other: Annotated[
+        Path | None,
+        typer.Argument(metavar="OTHER", help="Another plan, to see side by side.", show_default=False),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="The page; beside the plan, ending .html, if not given."),
@@ -20,12 +24,15 @@ def show(
 ) -> None:
     """Write one self-contained HTML page that plays the plan, for any browser, without a network."""
     page = plan.with_suffix(".html") if output is None else output
-    refuse_unwritable(page_output(page), inputs=(plan,))
+    files = [plan] if other is None else [plan, other]
+    refuse_unwritable(page_output(page), inputs=tuple(files))
     with working("drawing"):
         from fiberplan.plan import Plan
         from fiberplan.visuals import show as draw
+        from fiberplan.visuals.origin import Origin
 
-        draw(Plan.read(plan), page)
+        plans = [Plan.read(file) for file in files]
+        draw(plans, page, [Origin.of_file(file) for file in files])
     if json:
         say_json({"written": [page]})
     else:

@@ -386,9 +386,15 @@ class FocalPlane(Frozen):
         angles = np.asarray(_angles(angles), float)
         return read_only(np.concatenate([angles, np.zeros((len(self.obstacles), 2))]))
 
-    def clearance(self, angles: np.ndarray) -> np.ndarray:
-        """(m,) clearance of each of `pairs` [mm] at commanded `angles` (n, 2) [rad]; NaN where an angle is."""
-        return clearances(self.arms, self.with_obstacles(angles), self.pairs)
+    def clearance(self, angles: np.ndarray, pairs: np.ndarray | None = None) -> np.ndarray:
+        """(m,) clearance of each pair [mm] at commanded `angles` (n, 2) [rad]; NaN where an angle is.
+
+        Args:
+            angles: of all positioners.
+            pairs: (m, 2) of arms, as `arm_pairs_within` counts them; `self.pairs` unless given.
+        """
+        wanted = self.pairs if pairs is None else read_only(pairs, np.int64)
+        return clearances(self.arms, self.with_obstacles(angles), wanted)
 
     @staticmethod
     def load(name_or_path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> "FocalPlane":

@@ -81,6 +81,7 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         **_circumstances(table, said["problem"], angles("start")),
         wished=numbers(table, "wished", bool) if "wished" in table.columns.names else None,
         left_out=tuple(said["problem"].get("left_out", ())),
+        source=said["problem"].get("targets", ""),
     )
     owner = numbers(knots, "positioner", int)
     for k in np.flatnonzero((owner < 0) | (owner >= plane.n) | (np.diff(owner, prepend=owner[:1]) < 0))[:1]:
@@ -187,6 +188,7 @@ def _parameters(plan: Plan) -> dict[str, Any]:
             "conflicts": problem.conflicts,
             "notes": problem.notes,
             "left_out": problem.left_out,
+            "targets": problem.source,
             "alternatives": alternatives,
             "near_start": problem.near_start,
             "assumptions": problem.assumptions,

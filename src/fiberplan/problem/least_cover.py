@@ -4,7 +4,6 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -86,6 +85,8 @@ def _milp_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
     columns = np.array([local[v] for e in edges for v in e])
     ends = csr_array((np.ones(2 * len(edges)), (rows, columns)), shape=(len(edges), len(vertices)))
     cost = weight[vertices] / max(float(weight[vertices].max()), np.finfo(float).tiny)
+    from scipy.optimize import Bounds, LinearConstraint, milp  # slow to import, and hardly ever needed
+
     every_edge = LinearConstraint(ends, 1)
     shared = {"integrality": np.ones(len(vertices)), "bounds": Bounds(0, 1), "options": {"mip_rel_gap": 0.0}}
     lightest = milp(cost, constraints=every_edge, **shared)

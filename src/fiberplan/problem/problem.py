@@ -108,6 +108,7 @@ class Problem(Frozen):
     wished: np.ndarray | None = None
     """(n,) True: the goal of an idle positioner, which gives way to all others and is no target; False unless given."""
     left_out: tuple[str, ...] = ()  #: targets that were wanted and given to no positioner, a sentence each: lost
+    source: str = ""  #: where the targets come from: a file, or what the field is called; empty if nobody said
     requested: np.ndarray = field(init=False)  #: (n, 2) the goals before any were dropped
 
     def __post_init__(self) -> None:
@@ -296,6 +297,7 @@ class Problem(Frozen):
             assumptions=solution.named,
             wished=solution.wished,
             left_out=targets.left_out,
+            source=targets.source,
             near_start=near_start,
             position_error=position_error,  # type: ignore[arg-type]
         )

@@ -10,47 +10,78 @@ import hashlib
 import html
 import json
 import os
+from collections.abc import Sequence
 from importlib.resources import files
+from itertools import zip_longest
+from typing import Any
 
+from fiberplan.errors import PlanError
 from fiberplan.plan import Plan
 from fiberplan.tables.atomic import write_whole
 from fiberplan.visuals import style
+from fiberplan.visuals.origin import Origin
 from fiberplan.visuals.page_data import page_data
 
 SCRIPTS = (
-    "data.js",
+    "words.js",
+    "model.js",
     "motion.js",
-    "clearance.js",
-    "view.js",
+    "gaps.js",
     "zone.js",
+    "detail.js",
+    "colouring.js",
+    "view.js",
+    "marks.js",
     "scene.js",
+    "strips.js",
     "timeline.js",
+    "header.js",
+    "selected.js",
+    "lists.js",
     "panel.js",
-    "premises.js",
+    "share.js",
+    "controls.js",
     "main.js",
 )
+MOST = 2  #: plans on one page
 
 
-def show(plan: Plan, path: str | os.PathLike) -> None:
-    """Write the page of `plan` to `path`.
+def show(plan: Plan | Sequence[Plan], path: str | os.PathLike, origin: Origin | Sequence[Origin] = ()) -> None:
+    """Write the page of `plan`, or of two plans side by side, to `path`.
+
+    Args:
+        plan: one, or two to compare: they share time and view.
+        path: of the page.
+        origin: of each plan, where it comes from: files and date, for title and heading.
 
     Raises:
-        PlanError: the file cannot be written; what was there before is kept.
+        PlanError: the file cannot be written; what was there before is kept. Or more than two plans.
     """
-    write_whole(path, render(plan))
+    plans = (plan,) if isinstance(plan, Plan) else tuple(plan)
+    origins = (origin,) if isinstance(origin, Origin) else tuple(origin)
+    if not 1 <= len(plans) <= MOST:
+        raise PlanError(f"a page shows one plan or two, not {len(plans)}")
+    write_whole(path, render(plans, origins))
 
 
-def render(plan: Plan) -> bytes:
-    """The page of `plan`, in ASCII."""
-    data = page_data(plan)
+def render(plans: Sequence[Plan], origins: Sequence[Origin] = ()) -> bytes:
+    """The page of one or two plans, in ASCII."""
+    return assembled([page_data(plan, origin) for plan, origin in zip_longest(plans, origins)])
+
+
+def assembled(data: list[dict[str, Any]]) -> bytes:
+    """The page around the data of one or two plans."""
     script = '"use strict";\n(() => {\n' + "\n".join(_asset(name) for name in SCRIPTS) + "\n})();\n"
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    date = [value for name, value in data[0]["origin"] if name == "date"]
     parts = {
-        "TITLE": html.escape(f"{data['name']}: {data['summary']}"),
+        "TITLE": html.escape(" | ".join(", ".join([one["title"], *date, one["summary"]]) for one in data)),
         "POLICY": f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:",
         "STYLE": palette() + _asset("page.css"),
-        "WITHOUT_SCRIPT": html.escape(f"{data['name']}. {data['summary']}. {data['certificate']['statement']}"),
-        "PLAN": _inert_json(data),
+        "WITHOUT_SCRIPT": html.escape(
+            " ".join(f"{one['title']}. {one['summary']}. {one['certificate']['statement']}." for one in data)
+        ),
+        "PLAN": _inert_json({"plans": data}),
         "SCRIPT": script,
     }
     page = _asset("page.html")
@@ -64,6 +95,7 @@ def palette() -> str:
     names = {style.css_name(outcome): colour for outcome, colour in style.OUTCOMES.items()}
     for name in ("CONTACT", "SAFE", "INK", "MUTED", "LINE", "PAPER", "OBSTACLE"):
         names[name.lower()] = getattr(style, name)
+    names |= {f"ramp-{k}": colour for k, colour in enumerate(style.RAMP)}
     light = "".join(f"--{name}:{colour.light};" for name, colour in names.items())
     dark = "".join(f"--{name}:{colour.dark};" for name, colour in names.items())
     return f":root{{{light}}}\n@media (prefers-color-scheme: dark){{:root{{{dark}}}}}\n"

@@ -42,7 +42,17 @@ INK = Colour("#1b2430", "#e6ebf1")
 MUTED = Colour("#5c6773", "#98a4b1")
 LINE = Colour("#d5dbe1", "#2b3542")
 PAPER = Colour("#ffffff", "#0e141b")
-OBSTACLE = Colour("#c3c9cf", "#39434f")
+OBSTACLE = Colour("#cdb898", "#6a5a45")  # warm, so that it is told from arms without a target
+
+RAMP: tuple[Colour, ...] = (
+    Colour("#a3b8c6", "#41586a"),
+    Colour("#6fa6c6", "#3f7898"),
+    Colour("#3b8ec0", "#4d9fc4"),
+    Colour("#2f68ad", "#74c3d6"),
+    Colour("#5a3c98", "#aee2b0"),
+    Colour("#851a72", "#f4ee8c"),
+)
+"""From little to much: darker on light backgrounds, lighter on dark ones, so that their order shows without hue."""
 
 SERIES: tuple[str, ...] = ("#1272cd", "#d85902", "#00785a", "#742d7e", "#eeb800", "#5c6773")
 """Colours of curves on a light background, in order of use; the first is ours."""

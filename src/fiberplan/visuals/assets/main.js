@@ -1,179 +1,237 @@
 // One state, one redraw per frame at most. Hovering looks, clicking keeps; every list entry leads to its place.
 
-const state = { hovered: null, selected: null, shown: plan.outcomes.map(() => true), pointer: [0, 0] };
-const canvas = document.getElementById("field");
-const tip = document.getElementById("tip");
+const models = JSON.parse(document.getElementById("plan").textContent).plans.map((data) => new Model(data));
+for (const model of models) model.motion = new Motion(model);
+
+const state = { hovered: null, selected: null, kept: [], pair: null, active: 0, pointer: [0, 0], colour: "outcome" };
+const box = [Infinity, Infinity, -Infinity, -Infinity];
+for (const model of models) widen(box, ...model.bounds);
+
+const byId = (id) => document.getElementById(id);
+const view = new View(box, redraw);
+const timeline = new Timeline(Math.max(...models.map((model) => model.end)), redraw);
 let pending = false;
-let scene = null;
-let timeline = null;
+let panes = [];
+let ready = false;
+
+const pane = () => panes[state.active];
+const here = () => models[state.active];
 
 function redraw() {
   if (pending) return;
   pending = true;
   requestAnimationFrame(() => {
     pending = false;
-    if (!scene) return;
-    moveTo(timeline.time);
-    scene.draw();
-    timeline.draw();
-    showTip();
-    fillSelected(state.selected, actions);
+    if (ready) draw();
   });
 }
 
-function bounds() {
-  const box = [Infinity, Infinity, -Infinity, -Infinity];
-  const grow = (left, bottom, right, top) => {
-    box[0] = Math.min(box[0], left);
-    box[1] = Math.min(box[1], bottom);
-    box[2] = Math.max(box[2], right);
-    box[3] = Math.max(box[3], top);
-  };
-  for (let i = 0; i < n; i++) {
-    const x = plan.base[2 * i], y = plan.base[2 * i + 1], r = plan.reach[i];
-    grow(x - r, y - r, x + r, y + r);
+function draw() {
+  for (const { model, scene } of panes) {
+    model.motion.moveTo(timeline.time);
+    scene.draw();
   }
-  obstacleBoxes.forEach((obstacle) => grow(...obstacle));
-  return box;
+  timeline.draw();
+  byId("nothing").hidden = !panes.every(({ scene }) => scene.empty);
+  const { counts, times } = here().moves;
+  byId("moving").textContent = counts[stepBefore(times, timeline.time)] + " moving";
+  showNearest();
+  showTip();
+  selected.show(here(), pane().scene);
+  if (pane().scene.colouring.update) countLegend(pane().scene.colouring);
 }
 
-function placeOf(arm) {
-  if (arm >= 0) return [plan.base[2 * arm], plan.base[2 * arm + 1], plan.reach[arm]];
-  const [left, bottom, right, top] = obstacleBoxes[-1 - arm];
-  return [(left + right) / 2, (bottom + top) / 2, Math.max(right - left, top - bottom, 20) / 2];
-}
-
-function closeUp(x, y, reach) {
-  view.flyTo(x, y, Math.max(1e-3, Math.min(view.width, view.height) / (5 * reach)));
-}
-
-const actions = {
-  select(i) {
-    state.selected = i;
-    redraw();
-  },
-  goTo(arm) {
-    if (arm >= 0) state.selected = arm;
-    closeUp(...placeOf(arm));
-  },
-  // A positioner together with those in its way, all of them in the picture.
-  blame(i) {
-    state.selected = i;
-    const known = (arm) => arm < n && arm >= -plan.obstacles.length;
-    const places = [i, ...blockersOf(i).filter(known)].map(placeOf);
-    const side = (k, sign) => Math.max(...places.map((place) => sign * place[k] + place[2]));
-    const [right, left, top, bottom] = [side(0, 1), -side(0, -1), side(1, 1), -side(1, -1)];
-    closeUp((left + right) / 2, (bottom + top) / 2, Math.max(right - left, top - bottom) / 2.5);
-  },
-  contact(contact) {
-    const arm = contact.pair.find((k) => k >= 0) ?? contact.pair[0];
-    state.selected = arm >= 0 ? arm : null;
-    timeline.seek(contact.time);
-    const spot = scene.contacts.find((one) => one.pair === contact.pair);
-    closeUp(spot.x, spot.y, placeOf(arm)[2]);
-  },
-  toggle(o) {
-    state.shown[o] = !state.shown[o];
-    fillLegend(state, actions);
-    document.getElementById("legend").children[groups.slice(0, o).filter((g) => g.length).length].focus();
-    redraw();
-  },
-};
-
-// The positioner under a place on the canvas: the nearest arm, or one whose target is there.
-function under(px, py) {
-  const x = view.across(px), y = view.up(py), slack = 5 / view.scale;
-  let best = null, least = slack;
-  for (let i = 0; i < n; i++) {
-    const away = Math.hypot(x - plan.base[2 * i], y - plan.base[2 * i + 1]);
-    if (away > plan.reach[i] + slack) continue;
-    const gap = Math.min(pointToArm(x, y, i), away);
-    if (gap < least) [best, least] = [i, gap];
-  }
-  if (best !== null) return best;
-  const onGoal = (i) => Math.hypot(x - plan.goal[2 * i], y - plan.goal[2 * i + 1]) < 1.6 * slack;
-  const goal = plan.ids.findIndex((_, i) => onGoal(i));
-  return goal < 0 ? null : goal;
-}
-
-function hover(i) {
-  canvas.classList.toggle("over", i !== null);
-  if (i === state.hovered && i === null) return;
-  state.hovered = i;
-  redraw();
+// The two that were sampled nearest about now, with their clearance now, as a button that leads to them.
+function showNearest() {
+  const model = here(), { times, first, second } = model.clearances, node = byId("nearest"), now = timeline.time;
+  const k = times.length ? stepBefore(times, now) : -1;
+  const pairs = [k, k + 1].filter((m) => m >= 0 && m < times.length && first[m] !== second[m]).map((m) => [first[m], second[m]]);
+  const gaps = pairs.map((pair) => armToArm(...pair.map((arm) => solidsNow(model, arm))).gap);
+  const best = gaps.indexOf(Math.min(...gaps));
+  node.hidden = best < 0;
+  if (node.hidden) return;
+  node.textContent = `closest: ${millimetres(gaps[best])}, ${pairs[best].map((arm) => model.armName(arm)).join(" and ")}`;
+  node.onclick = () => actions.pair({ pair: pairs[best], time: now });
 }
 
 function showTip() {
-  const i = state.hovered;
-  tip.hidden = i === null;
-  if (i === null) return;
-  tip.replaceChildren(...describe(i));
+  const tip = byId("tip"), { hovered } = state;
+  tip.hidden = hovered === null;
+  if (hovered === null) return;
+  const { model, arm } = hovered, { canvas, scene } = panes[models.indexOf(model)];
+  tip.replaceChildren(...describe(model, arm, scene));
+  canvas.parentElement.append(tip);
   const [px, py] = state.pointer;
   const right = px + 18 + tip.offsetWidth > view.width, low = py + 18 + tip.offsetHeight > view.height;
   tip.style.left = Math.max(4, right ? px - 14 - tip.offsetWidth : px + 18) + "px";
   tip.style.top = Math.max(4, low ? py - 14 - tip.offsetHeight : py + 18) + "px";
 }
 
-const view = new View(canvas, bounds(), redraw);
-timeline = new Timeline(redraw);
-moveTo(timeline.time);
-scene = new Scene(canvas, view, state);
+function remember() {
+  writeLink(timeline.time, [state.selected, ...state.kept].filter((id, k, all) => id && all.indexOf(id) === k), state.colour, state.active);
+}
 
-view.onHover = (px, py) => {
-  state.pointer = [px, py];
-  hover(under(px, py));
-};
-view.onLeave = () => hover(null);
-view.onClick = (px, py) => actions.select(under(px, py));
-document.getElementById("zoom-in").addEventListener("click", () => view.zoom(1.5));
-document.getElementById("zoom-out").addEventListener("click", () => view.zoom(1 / 1.5));
-document.getElementById("reset").addEventListener("click", () => view.reset());
+const lettered = (model) => (models.length > 1 ? " " + "AB"[models.indexOf(model)] : "");
 
-const search = document.getElementById("search");
-search.addEventListener("input", () => fillHits(search.value, actions));
-search.addEventListener("keydown", (event) => {
-  if (event.key !== "Enter") return;
-  const first = fillHits(search.value, actions);
-  if (first !== null) actions.goTo(first);
-});
-
-const step = (event, sign) => timeline.seek(timeline.time + (sign * (event.shiftKey ? 10 : 1) * timeline.end) / 100);
-const KEYS = {
-  " ": () => timeline.toggle(),
-  ArrowLeft: (event) => step(event, -1),
-  ArrowRight: (event) => step(event, 1),
-  Home: () => timeline.seek(0),
-  End: () => timeline.seek(timeline.end),
-  "+": () => view.zoom(1.25),
-  "=": () => view.zoom(1.25),
-  "-": () => view.zoom(0.8),
-  0: () => view.reset(),
-  "/": () => search.focus(),
-  Escape: () => actions.select(null),
-};
-document.addEventListener("keydown", (event) => {
-  const typing = event.target === search || event.target.tagName === "SELECT";
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (typing && event.key === "Escape") event.target.blur();
-  if (typing || (event.key === " " && event.target.tagName === "BUTTON")) return;
-  const act = KEYS[event.key];
-  if (!act) return;
-  event.preventDefault();
-  act(event);
-});
-
-window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  scene.readColours();
+// Selection changed: curves come and go, and with them the height of the picture.
+function chosen() {
+  const some = state.selected !== null || state.kept.length > 0;
+  byId("joints").hidden = !some;
+  remember();
   redraw();
-});
+}
 
-canvas.setAttribute("aria-label", `${plan.name}: ${plan.summary}. ${plan.certificate.statement}.`);
-fillHeader();
-fillTrouble(actions);
-fillLegend(state, actions);
-fillLosses(actions);
-fillDisplaced(actions);
-fillDiagnosis(actions);
-fillPremises();
-fillAbout();
-redraw();
+// On a small screen the picture may be out of sight where a list is.
+function look(x, y, reach) {
+  const stage = byId("fields"), { top, bottom } = stage.getBoundingClientRect();
+  if (top < -40 || bottom > window.innerHeight + 40) stage.scrollIntoView({ block: "start" });
+  view.flyTo(x, y, reach);
+}
+
+const actions = {
+  select(id) {
+    state.selected = id;
+    state.pair = null;
+    chosen();
+  },
+  clear() {
+    state.kept = [];
+    this.select(null);
+  },
+  keep(id) {
+    state.kept = state.kept.includes(id) ? state.kept.filter((one) => one !== id) : [...state.kept, id].slice(-3);
+    chosen();
+  },
+  goTo(arm) {
+    if (arm >= 0) this.select(here().ids[arm]);
+    look(...here().placeOf(arm));
+  },
+  // A positioner together with those in its way, all of them in the picture.
+  blame(i) {
+    this.select(here().ids[i]);
+    const around = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const arm of [i, ...here().blockersOf(i)].filter((one) => here().knows(one))) {
+      const [x, y, r] = here().placeOf(arm);
+      widen(around, x - r, y - r, x + r, y + r);
+    }
+    const [left, bottom, right, top] = around;
+    look((left + right) / 2, (bottom + top) / 2, Math.max(right - left, top - bottom) / 2.5);
+  },
+  // Two that are near each other: the moment and the place.
+  pair({ pair, time }) {
+    const arm = pair.find((one) => one >= 0) ?? pair[0], model = here();
+    this.select(arm >= 0 ? model.ids[arm] : null);
+    timeline.seek(time);
+    state.pair = { model, pair, time: timeline.time, ...spotOf(model, pair, time) };
+    look(state.pair.x, state.pair.y, model.placeOf(arm)[2]);
+  },
+  closest() {
+    if (here().closest.length) this.pair(here().closest[0]);
+  },
+  toggle(k) {
+    const { scene } = pane();
+    scene.colouring.shown[k] = !scene.colouring.shown[k];
+    scene.layers = {};
+    fillLegend(scene.colouring, actions);
+    document.querySelector(`#legend [data-class="${k}"]`).focus();
+    redraw();
+  },
+  showAll() {
+    this.colour(state.colour);
+  },
+  colour(by) {
+    state.colour = byId("colour").value = by;
+    for (const { scene } of panes) scene.colourBy(by);
+    fillLegend(pane().scene.colouring, actions);
+    remember();
+    redraw();
+  },
+  clearSearch() {
+    byId("search").value = "";
+    fillHits(here(), "", actions);
+    byId("search").focus();
+  },
+  // Tell of this plan in the panel.
+  activate(m) {
+    state.active = m;
+    fillPanel();
+    remember();
+    redraw();
+  },
+};
+
+function fillPanel() {
+  const model = here(), tabs = models.length < 2 ? [] : models.map(({ title }, m) =>
+    button(`${"AB"[m]} ${title}`, () => actions.activate(m), { "aria-pressed": String(m === state.active) }),
+  );
+  fill("tabs", ...tabs);
+  panes.forEach(({ canvas }, k) => canvas.parentElement.classList.toggle("active", k === state.active));
+  fillTrouble(model, actions);
+  fillLegend(pane().scene.colouring, actions);
+  fillHits(model, byId("search").value, actions);
+  fillClosest(model, actions);
+  fillLosses(model, actions);
+  fillDisplaced(model, actions);
+  fillShapes(model);
+  fillDiagnosis(model, actions);
+  fillAbout(model);
+}
+
+// A canvas for each plan, side by side.
+function makePane(model, m) {
+  const label = `${model.title}: ${model.summary}. ${model.certificate.statement}.`;
+  const canvas = element("canvas", { class: "field-picture", tabindex: "0", role: "img", "aria-label": label });
+  canvas.id = m ? "field-B" : "field";
+  const letter = models.length > 1 && element("span", { class: "letter" }, "AB"[m]);
+  byId("fields").append(element("div", { class: "field" }, canvas, letter));
+  const under = (px, py) => armAt(model, view.across(px), view.up(py), 5 / view.scale);
+  const hover = (arm) => {
+    canvas.classList.toggle("over", arm !== null);
+    if (state.hovered === null && arm === null) return;
+    state.hovered = arm === null ? null : { model, arm };
+    redraw();
+  };
+  view.attach(canvas, {
+    hover(px, py) {
+      state.pointer = [px, py];
+      hover(under(px, py));
+    },
+    leave: () => hover(null),
+    click(event) {
+      const arm = under(event.offsetX, event.offsetY), id = arm === null || arm < 0 ? null : model.ids[arm];
+      if (state.active !== m) actions.activate(m);
+      if (event.shiftKey && state.selected !== null && id !== null && !state.kept.includes(state.selected)) actions.keep(state.selected);
+      actions.select(id);
+    },
+  });
+  return { model, canvas, scene: new Scene(model, canvas, view, state) };
+}
+
+function follow({ t, ids, colour, plan }) {
+  if (plan !== undefined && plan < models.length) actions.activate(plan);
+  if (t !== undefined) timeline.seek(t);
+  const known = (ids ?? []).filter((id) => models.some((model) => model.index.has(id)));
+  if (known.length) [state.selected, ...state.kept] = known;
+  if (colour !== undefined && colour !== state.colour) actions.colour(colour);
+  chosen();
+}
+
+for (const model of models) model.moves = model.motion.movingCounts();
+const selected = new Selected(state, actions);
+document.body.classList.toggle("compare", models.length > 1);
+fillHeader(models);
+panes = models.map(makePane);
+timeline.colour = panes[0].scene.colour;
+timeline.font = panes[0].scene.font;
+timeline.add("moves", movingStrip(models));
+timeline.add("clearances", clearanceStrip(models));
+const curves = () => panes.flatMap(({ model, scene }) => scene.marks.chosen().map((i) => ({ model, i, letter: lettered(model) }))).slice(0, CURVES.length);
+timeline.add("angles", jointStrip(curves, false));
+timeline.add("speeds", jointStrip(curves, true));
+timeline.onRest = remember;
+fillPanel();
+ready = true;
+listen();
+follow(readLink());
+draw();
+performance.mark("first picture");

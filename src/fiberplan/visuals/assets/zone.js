@@ -2,15 +2,16 @@
 // the base. A whole turn makes a ring, less makes a sector whose sides are drawn by beta at the ends of alpha's range.
 // The tip of a four-bar arm: a patchwork of small quadrangles of joint angles, less its zone of avoidance.
 
-function patrolZone(i, view) {
-  if (plan.bars) return patchwork(i, view);
+function patrolZone(model, i, view) {
+  if (model.bars) return patchwork(model, i, view);
   const steps = 48;
-  const [lowA, lowB] = plan.lower.subarray(2 * i, 2 * i + 2), [highA, highB] = plan.upper.subarray(2 * i, 2 * i + 2);
-  const fiber = (alpha, beta) => place(2, frameAt(i, alpha, beta), 0, plan.fiber[2 * i], plan.fiber[2 * i + 1]);
+  const { base, motion } = model, [offsetU, offsetV] = model.fiber.subarray(2 * i, 2 * i + 2);
+  const [lowA, lowB] = model.lower.subarray(2 * i, 2 * i + 2), [highA, highB] = model.upper.subarray(2 * i, 2 * i + 2);
+  const fiber = (alpha, beta) => place(2, motion.frameAt(i, alpha, beta), 0, offsetU, offsetV);
   let near = lowB, far = lowB, least = Infinity, most = -Infinity;
   for (let k = 0; k <= steps; k++) {
     const beta = lowB + ((highB - lowB) * k) / steps, [x, y] = fiber(lowA, beta);
-    const radius = Math.hypot(x - plan.base[2 * i], y - plan.base[2 * i + 1]);
+    const radius = Math.hypot(x - base[2 * i], y - base[2 * i + 1]);
     if (radius < least) [least, near] = [radius, beta];
     if (radius > most) [most, far] = [radius, beta];
   }
@@ -31,14 +32,14 @@ function patrolZone(i, view) {
   return path;
 }
 
-function patchwork(i, view, steps = 90) {
+function patchwork(model, i, view, steps = 90) {
   const path = new Path2D(), corners = [], frame = new Float64Array(FRAME);
-  const angle = (k, part) => plan.lower[2 * i + k] + part * (plan.upper[2 * i + k] - plan.lower[2 * i + k]);
-  const [shortest, longest] = plan.sliders.subarray(2 * i, 2 * i + 2), length = plan.bars[4 * i + 2];
+  const angle = (k, part) => model.lower[2 * i + k] + part * (model.upper[2 * i + k] - model.lower[2 * i + k]);
+  const [shortest, longest] = model.sliders.subarray(2 * i, 2 * i + 2), length = model.bars[4 * i + 2];
   for (let a = 0; a <= steps; a++) {
     for (let b = 0; b <= steps; b++) {
-      frameAt(i, angle(0, a / steps), angle(1, b / steps), frame);
-      const [x, y] = place(2, frame, 0, plan.fiber[2 * i], plan.fiber[2 * i + 1]), [jx, jy] = place(3, frame, 0, length, 0);
+      model.motion.frameAt(i, angle(0, a / steps), angle(1, b / steps), frame);
+      const [x, y] = place(2, frame, 0, model.fiber[2 * i], model.fiber[2 * i + 1]), [jx, jy] = place(3, frame, 0, length, 0);
       const slider = Math.hypot(jx - frame[2], jy - frame[3]);
       corners.push(slider >= shortest && slider <= longest ? [view.right(x), view.down(y)] : null);
     }

@@ -44,25 +44,31 @@ function inside(points, x, y) {
   return odd;
 }
 
-// Solid shapes of an arm at a moment: its points in focal-plane coordinates beside the shape they belong to.
-function solids(arm, frame) {
+// Solid shapes of an arm: its points in focal-plane coordinates beside the shape they belong to.
+function solids(model, arm, frame) {
   if (arm < 0) {
-    const shape = plan.obstacles[-1 - arm];
-    return [{ shape, radius: shape.radius[0], points: listed(shape, 0, (u, v) => [u, v]) }];
+    const shape = model.obstacles[-1 - arm];
+    return shape ? [{ shape, radius: shape.radius[0], points: pointsOf(shape, 0, (u, v) => [u, v]) }] : [];
   }
-  return plan.bodies.map((shape) => ({
+  return model.bodies.map((shape) => ({
     shape,
     radius: radiusOf(shape, arm),
-    points: listed(shape, shape.shared ? 0 : arm, (u, v) => place(shape.link, frame, 0, u, v)),
+    points: pointsOf(shape, shape.shared ? 0 : arm, (u, v) => place(shape.link, frame, 0, u, v)),
   }));
 }
 
-function listed(shape, row, at) {
+function pointsOf(shape, row, at) {
   const points = [];
   for (let k = shape.count * row; k < shape.count * (row + 1); k++) {
     points.push(at(shape.points[2 * k], shape.points[2 * k + 1]));
   }
   return points;
+}
+
+const solidsNow = (model, arm) => solids(model, arm, arm >= 0 ? model.motion.frameNow(arm) : null);
+
+function solidsAt(model, arm, t) {
+  return solids(model, arm, arm >= 0 ? model.motion.frameAt(arm, ...model.motion.anglesAt(arm, t)) : null);
 }
 
 const meet = (a, b) =>
@@ -93,54 +99,66 @@ function armToArm(first, second) {
   return best;
 }
 
-const frameNow = (i) => now.frames.subarray(FRAME * i, FRAME * (i + 1));
-const solidsNow = (arm) => solids(arm, arm >= 0 ? frameNow(arm) : null);
-const solidsAt = (arm, t) => solids(arm, arm >= 0 ? frameAt(arm, ...anglesAt(arm, t).slice(0, 2)) : null);
+// Where two are nearest at a moment; the first one's place if they have no shapes that meet.
+function spotOf(model, pair, t) {
+  const [a, b] = pair.map((arm) => solidsAt(model, arm, t)), found = armToArm(a, b);
+  if (Number.isFinite(found.x)) return { x: found.x, y: found.y };
+  const [x, y] = model.placeOf(pair.find((arm) => arm >= 0) ?? pair[0]);
+  return { x, y };
+}
 
 const NEAR = 5; // arms that could not come this close are no neighbours [mm]
-const obstacleBoxes = plan.obstacles.map((shape) => {
-  const box = [Infinity, Infinity, -Infinity, -Infinity];
-  for (let k = 0; k < shape.count; k++) {
-    const x = shape.points[2 * k], y = shape.points[2 * k + 1], r = shape.radius[0];
-    box[0] = Math.min(box[0], x - r);
-    box[1] = Math.min(box[1], y - r);
-    box[2] = Math.max(box[2], x + r);
-    box[3] = Math.max(box[3], y + r);
-  }
-  return box;
-});
 
-function neighbours(i) {
-  const x = plan.base[2 * i], y = plan.base[2 * i + 1], far = plan.reach[i] + NEAR;
-  const found = [];
+function neighbours(model, i) {
+  const { base, reach, n } = model, x = base[2 * i], y = base[2 * i + 1], far = reach[i] + NEAR, found = [];
   for (let j = 0; j < n; j++) {
-    if (j !== i && Math.hypot(plan.base[2 * j] - x, plan.base[2 * j + 1] - y) < far + plan.reach[j]) found.push(j);
+    if (j !== i && Math.hypot(base[2 * j] - x, base[2 * j + 1] - y) < far + reach[j]) found.push(j);
   }
-  obstacleBoxes.forEach((box, k) => {
+  model.boxes.forEach((box, k) => {
     const dx = Math.max(0, box[0] - x, x - box[2]), dy = Math.max(0, box[1] - y, y - box[3]);
     if (Math.hypot(dx, dy) < far) found.push(-1 - k);
   });
   return found;
 }
 
-function nearest(i) {
-  const mine = solidsNow(i);
+function nearest(model, i) {
+  const mine = solidsNow(model, i);
   let best = { gap: Infinity, arm: null };
-  for (const arm of neighbours(i)) {
-    const found = armToArm(mine, solidsNow(arm));
+  for (const arm of neighbours(model, i)) {
+    const found = armToArm(mine, solidsNow(model, arm));
     if (found.gap < best.gap) best = { ...found, arm };
   }
   return best;
 }
 
-// Distance from a point to the body of positioner i, zero inside it.
-function pointToArm(x, y, i) {
+// Distance from a point to the body of an arm, zero inside it.
+function pointToArm(model, x, y, arm) {
   let best = Infinity;
-  for (const { shape, points, radius } of solidsNow(i)) {
+  for (const { shape, points, radius } of solidsNow(model, arm)) {
     if (shape.closed && inside(points, x, y)) return 0;
     for (const edge of segments(points, shape.closed)) {
       best = Math.min(best, Math.max(0, pointToSegment(x, y, ...edge).gap - radius));
     }
   }
   return best;
+}
+
+// The arm under a place, within `slack` [mm]: the nearest positioner, or one whose target is there, or an obstacle.
+function armAt(model, x, y, slack) {
+  const { base, reach, goal, n } = model;
+  let best = null, least = slack;
+  for (let i = 0; i < n; i++) {
+    const away = Math.hypot(x - base[2 * i], y - base[2 * i + 1]);
+    if (away > reach[i] + slack) continue;
+    const gap = Math.min(pointToArm(model, x, y, i), away);
+    if (gap < least) [best, least] = [i, gap];
+  }
+  if (best !== null) return best;
+  for (let i = 0; i < n; i++) if (Math.hypot(x - goal[2 * i], y - goal[2 * i + 1]) < 1.6 * slack) return i;
+  const fixed = model.boxes.findIndex(
+    (box, k) =>
+      x > box[0] - slack && x < box[2] + slack && y > box[1] - slack && y < box[3] + slack &&
+      pointToArm(model, x, y, -1 - k) < slack,
+  );
+  return fixed < 0 ? null : -1 - fixed;
 }
