@@ -51,9 +51,7 @@ def plan(
     offline: Offline = None,
     planner: Annotated[
         str,
-        typer.Option(
-            metavar="NAME", help="One of those that `fiberplan planners` lists.", autocompletion=planner_names
-        ),
+        typer.Option(metavar="NAME", help="See `fiberplan planners`.", autocompletion=planner_names),
     ] = "direct",
     assignments: Annotated[
         list[str] | None,
@@ -72,7 +70,7 @@ def plan(
     margin: Margin = None,
     jitter: Jitter = 0.0,
     position_error: PositionError = 0.0,
-    conflicts: Annotated[Conflicts, typer.Option(help="Refuse goals that cannot be, or drop them.")] = ("raise"),
+    conflicts: Annotated[Conflicts, typer.Option(help="Bad goals: refuse or drop?")] = ("raise"),
     priority_order: Annotated[
         Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
     ] = "larger",
