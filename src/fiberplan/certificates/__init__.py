@@ -9,7 +9,7 @@
 - `path`: a trajectory as the proof's kernels take it
 - `touching`: contacts of many motions, and nothing else of them
 - `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
-- `witnesses`: what shows each pair clear, as data that a plan file keeps; `along_axis`: how near pieces come along an axis
+- `witnesses`: what shows each pair clear, as data that a plan file keeps; `along_axis`: how near pieces come
 - `whole_replay`: every claim of a plan file checked by code that shares nothing with the above: `replay`: the motion,
   `replay_outcomes`: limits, ends and outcomes
 - `any_speed`: pairs that are clear wherever within their turns the joints are
