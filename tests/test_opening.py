@@ -7,7 +7,9 @@ import fiberplan as fp
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory
+from fiberplan.plan import Outcome
 from fiberplan.planners.separating import separate
+from fiberplan.scenes.decisive import few
 from fiberplan.scenes.uniform import uniform_field
 from problems import hexagon
 from references import clearance_over_time, looks, motion_of
@@ -331,3 +333,14 @@ def test_outlines_without_radius_that_overlap_are_seen():
     plan = made_by(fp.Problem(plane, start, np.full((plane.n, 2), np.nan), near_start="open"))
     assert plan.certificate.ok, str(plan.certificate)
     assert plan.certificate.opening[0].clearance < -1.0
+
+
+def test_arms_come_apart_past_a_kink():
+    """Their clearance falls on one side of where they stand as fast as it grows by its slope on the other."""
+    plane = few(np.array([[0.0, 0.0], [11.2, 22.4 * np.sqrt(0.75)]]))
+    start = np.array([[1.1022, 0.6586], [2.8997, 2.0028]])
+    plan = fp.separate(plane, fp.State(start), 0.8)
+    assert len(plan.having(Outcome.DEADLOCKED)) == 0
+    proof = fp.verify(plane, plan.trajectory, 0.8, opening=True)
+    assert proof.ok
+    assert np.isfinite(proof.opening[0].time)

@@ -28,6 +28,7 @@ _GAIN = 0.2  # [mm] that a pair comes apart in one step, at most
 _ENOUGH = 2e-3  # [mm] more than a planner can begin with: so far apart a pair is open
 _STEPS = 600  # of one group
 _HALVINGS = 8  # of a step that is refused
+_KINKS = 6  # of the near pairs' clearance around one place
 _WORTH = 1e-7  # [mm] a step that opens by less is none
 
 
@@ -61,9 +62,26 @@ class _Group:
             open_ = slopes[:, 0] < self._margin + EQUALITY + _ENOUGH
             if not open_.any() and not self._outside().any():
                 return True
-            step = self._best_step(slopes, open_)
-            if step is None or not self._take(step, slopes[:, 0], open_):
+            if not self._come_apart(slopes, open_):
                 return False
+        return False
+
+    def _come_apart(self, slopes: np.ndarray, open_: np.ndarray) -> bool:
+        """Take a step that opens all near pairs; False if none is found.
+
+        At a kink the slopes are those of one side; where a step is refused for that, those just beyond count, too.
+        """
+        beyond: list[tuple[np.ndarray, np.ndarray]] = []
+        for _ in range(_KINKS):
+            step = self._best_step(slopes, open_, beyond)
+            if step is None:
+                return False
+            if self._take(step, slopes[:, 0], open_):
+                return True
+            step = step * 0.5 ** (_HALVINGS - 1)
+            at = self._angles.copy()
+            at[self.members] += step
+            beyond.append((step, clearance_slopes(self._plane.arms, read_only(at), self._pairs)))
         return False
 
     def _outside(self) -> np.ndarray:
@@ -71,20 +89,33 @@ class _Group:
         now, low, high = self._angles[self.members], self._plane.lower[self.members], self._plane.upper[self.members]
         return np.where(now < low - RANGE, low - now, np.where(now > high + RANGE, high - now, 0.0))
 
-    def _best_step(self, slopes: np.ndarray, open_: np.ndarray) -> np.ndarray | None:
-        """(k, 2) turns [rad] that open all near pairs as much as a linear program can; None if nothing helps."""
+    def _row(self, pair: tuple[int, int], values: np.ndarray, opens: bool) -> np.ndarray:
+        """(2 k + 1,) of a linear program: what a pair loses by turns of each member, and what it gains if it opens."""
+        row = np.zeros(2 * len(self.members) + 1)
+        for side, arm in enumerate(pair):
+            if arm in self._place:
+                k = 2 * self._place[arm]
+                row[k : k + 2] = -values[1 + 2 * side : 3 + 2 * side]
+        row[-1] = opens  # the least that any near pair gains
+        return row
+
+    def _best_step(
+        self, slopes: np.ndarray, open_: np.ndarray, beyond: list[tuple[np.ndarray, np.ndarray]]
+    ) -> np.ndarray | None:
+        """(k, 2) turns [rad] that open all near pairs as much as a linear program can; None if nothing helps.
+
+        `beyond` are small turns (k, 2) and the slopes there, which the near pairs' clearance follows, too.
+        """
         count = 2 * len(self.members)
         rows, room = [], []
         for pair, values, opens in zip(self._pairs.tolist(), slopes, open_, strict=True):
-            row = np.zeros(count + 1)
-            for side, arm in enumerate(pair):
-                if arm in self._place:
-                    k = 2 * self._place[arm]
-                    row[k : k + 2] = -values[1 + 2 * side : 3 + 2 * side]
-            if opens:
-                row[-1] = 1.0  # the least that any near pair gains
-            rows.append(row)
+            rows.append(self._row(pair, values, opens))
             room.append(0.0 if opens else max(0.0, 0.5 * (values[0] - self._margin - EQUALITY)))
+        for turns, there in beyond:
+            for k in np.flatnonzero(open_):
+                row = self._row(self._pairs[k].tolist(), there[k], True)
+                rows.append(row)
+                room.append(there[k, 0] - slopes[k, 0] + float(row[:-1] @ turns.ravel()))
         speed = self._plane.max_speed[self.members]
         most = (_TURN * speed / speed.max()).ravel()
         now = self._angles[self.members]
