@@ -90,6 +90,19 @@ def test_broken_folders(folder, name, old, new, message):
     assert "\n" not in str(refused.value)
 
 
+def test_a_robot_with_a_bad_cell_is_offline_with_what_is_usual(folder):
+    """Of its column; each is named in notes and assumptions."""
+    for old, new in (("7.25", "nan"), ("14.25", "long")):
+        edit(folder / "positionerTable.csv", old, new)
+    plane = FocalPlane.load(folder, conflicts="drop")
+    assert plane.online.tolist() == [False, False, True]
+    assert plane.length.tolist() == [7.25, 7.0, 7.5]  # the median of 7 and 7.5
+    said = [line for line in plane.assumptions if "is offline" in line]
+    assert [line.partition(":")[0] for line in said] == [f"positioner {name} is offline" for name in ("R0C1", "R0C2")]
+    assert "line 3: alphaArmLen is nan, taken as the median" in said[0]
+    assert set(said) <= set(plane.notes)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -8,6 +8,7 @@ an observed configuration (median residual 0.04 mm). What the folder leaves out 
 import os
 import tomllib
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -22,11 +23,17 @@ _CONSTANTS = Path(__file__).parent / "calibration_constants.toml"
 _FIBERS = {"metrology": "met", "apogee": "ap", "boss": "boss"}  # name -> prefix of its columns
 
 
+def _usable(folder: Path) -> FocalPlane:
+    return read_calibration(folder, "drop")
+
+
 @focal_plane_format(
-    "sdss", f"a folder of SDSS-V calibrations (with {HOLE_MAP})", lambda path: (path / HOLE_MAP).is_file()
+    "sdss", f"a folder of SDSS-V calibrations (with {HOLE_MAP})", lambda path: (path / HOLE_MAP).is_file(), _usable
 )
-def read_calibration(folder: str | os.PathLike) -> FocalPlane:
+def read_calibration(folder: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
     """The calibrated focal plane; positioner ids are hole ids, row by row of the grid.
+
+    With "drop", a robot of which a number cannot be used is offline, with the median of the column in place of it.
 
     Raises:
         InstrumentError: a file, column or value that is missing or cannot be used; one line that names it.
@@ -40,9 +47,18 @@ def read_calibration(folder: str | os.PathLike) -> FocalPlane:
 
     x_axis, y_axis = _vectors(holes, "ix", "iy")[hole], _vectors(holes, "jx", "jy")[hole]
     _check_frames(holes, hole, x_axis, y_axis)
-    local = _vectors(robots, "dx", "dy", "mm")[robot]
-    offsets = _vectors(robots, "alphaOffset", "betaOffset", "rad", "deg")[robot]
-    fibers = {name: _vectors(robots, f"{k}X", f"{k}Y", "mm")[robot] for name, k in _FIBERS.items()}
+    faults: dict[int, str] | None = {} if conflicts == "drop" else None
+
+    def vectors(x: str, y: str, unit: str, default: str | None = None) -> np.ndarray:
+        return _usual_where_missing(_vectors(robots, x, y, unit, default, faults))[robot]
+
+    local, offsets = vectors("dx", "dy", "mm"), vectors("alphaOffset", "betaOffset", "rad", "deg")
+    length = _usual_where_missing(_column(robots, "alphaArmLen", "mm", faults=faults))[robot]
+    fibers = {name: vectors(f"{k}X", f"{k}Y", "mm") for name, k in _FIBERS.items()}
+    mendings = [
+        f"positioner {robots.texts('holeID')[row]} is offline: {robots.rows[row]}: {text}, taken as the median of all"
+        for row, text in sorted((faults or {}).items())
+    ]
     kinds = np.array(holes.texts("holeType"))[hole]
     fibers["apogee"] = np.where((kinds == "ApogeeBoss")[:, None], fibers["apogee"], np.nan)  # the table has it for all
     radius, farthest = constants["arm_radius"], np.nanmax([np.hypot(*xy.T) for xy in fibers.values()])
@@ -57,7 +73,7 @@ def read_calibration(folder: str | os.PathLike) -> FocalPlane:
     return FocalPlane(
         ids=tuple(holes.texts("holeID")[k] for k in hole),
         base=_vectors(holes, "xWok", "yWok", "mm")[hole] + local[:, :1] * x_axis + local[:, 1:] * y_axis,
-        length=_column(robots, "alphaArmLen", "mm")[robot],
+        length=length,
         fiber_offsets=fibers,
         folded=both("folded"),
         lower=both("lower"),
@@ -66,10 +82,11 @@ def read_calibration(folder: str | os.PathLike) -> FocalPlane:
         bodies=(Body(arm, radius),),
         obstacles=(*fiducials[0], *cameras[0]),
         zero=offsets + np.stack([np.arctan2(x_axis[:, 1], x_axis[:, 0]), np.zeros(n)], axis=1),
+        online=~np.isin(robot, list(faults or ())),
         name=folder.resolve().name,
-        notes=(*constants["sources"], *absent, *(f"hole {id_} has no positioner" for id_ in empty)),
+        notes=(*constants["sources"], *absent, *mendings, *(f"hole {id_} has no positioner" for id_ in empty)),
         aliases=tuple(robots.texts("positionerID")[k] for k in robot) if "positionerID" in robots else (),
-        assumptions=(*constants["assumptions"], *absent),
+        assumptions=(*constants["assumptions"], *absent, *mendings),
         recommended_margin=constants["margin"],
         site=_site(holes, robots),
     )
@@ -86,14 +103,33 @@ def _site(holes: InputTable, robots: InputTable) -> str:
     return site
 
 
-def _column(table: InputTable, name: str, unit: str | None = None, default: str | None = None) -> np.ndarray:
+def _column(
+    table: InputTable,
+    name: str,
+    unit: str | None = None,
+    default: str | None = None,
+    faults: dict[int, str] | None = None,
+) -> np.ndarray:
     table.require(name)
-    return table.numbers(name, unit, default)
+    return table.numbers(name, unit, default, faults=faults)
 
 
-def _vectors(table: InputTable, x: str, y: str, unit: str | None = None, default: str | None = None) -> np.ndarray:
+def _vectors(
+    table: InputTable,
+    x: str,
+    y: str,
+    unit: str | None = None,
+    default: str | None = None,
+    faults: dict[int, str] | None = None,
+) -> np.ndarray:
     """Two columns as (m, 2)."""
-    return np.stack([_column(table, x, unit, default), _column(table, y, unit, default)], axis=1)
+    return np.stack([_column(table, name, unit, default, faults) for name in (x, y)], axis=1)
+
+
+def _usual_where_missing(values: np.ndarray) -> np.ndarray:
+    """The same with the median of its column in place of each NaN, where there is one."""
+    usual = np.zeros(values.shape[1:]) if np.isnan(values).all() else np.nanmedian(values, axis=0)
+    return np.where(np.isnan(values), usual, values)
 
 
 def _unique(table: InputTable) -> dict[str, int]:
