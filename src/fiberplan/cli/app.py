@@ -10,6 +10,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from fiberplan import __version__
+from fiberplan.cli.allocate import allocate
 from fiberplan.cli.amend import amend
 from fiberplan.cli.animate import animate
 from fiberplan.cli.audit import audit
@@ -48,7 +49,7 @@ app = typer.Typer(
 NUMBERS = {"ignore_unknown_options": True}  # a negative number is one, and no option
 proofs = (verify, replay, diagnose)
 motors = (export, audit, simulate)
-commands = (demo, plan, *proofs, show, figure, animate, *motors, amend, separate, fold, unwind)
+commands = (demo, allocate, plan, *proofs, show, figure, animate, *motors, amend, separate, fold, unwind)
 for command in (*commands, instruments, planners, reproduce, warmup):
     settings = NUMBERS if command is amend else None
     app.command(epilog=examples_of(command.__name__), context_settings=settings)(command)

@@ -5,6 +5,11 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan demo -o demo", "open demo/plan.html to see it move"),
         ("fiberplan demo --seed 3 -o demo", "two other fields"),
     ),
+    "allocate": (
+        ("fiberplan allocate sdss all.ecsv -o targets.ecsv", "who takes what, so that all arrive"),
+        ("fiberplan allocate sdss all.ecsv --start plan.fits --plan next.fits", "and the motion"),
+        ("fiberplan allocate desi all.csv --require sky=40 --regions 10", "4 sky in each tenth"),
+    ),
     "plan": (
         ("fiberplan plan sdss field.ecsv --margin 0.8 -o plan.fits", "from folded"),
         ("fiberplan plan sdss next.ecsv --start plan.fits -o next.fits", "from the end of a plan"),

@@ -16,11 +16,11 @@ from fiberplan.survey.choices import Choices
 
 def cliques(choices: Choices) -> csr_array:
     """(cliques, m) of ones: maximal cliques that together hold every two options that exclude each other."""
-    m = len(choices.robot)
-    excludes = _exclusion(choices)
-    first, member = _seeds(choices)
+    m = len(choices.place)
     if not m:
         return csr_array((0, 0))
+    excludes = _exclusion(choices)
+    first, member = _seeds(choices)
     grown = _grown_cliques(
         read_only(excludes.indptr, np.int64), read_only(excludes.indices, np.int64), first, read_only(member, np.int64)
     )
@@ -33,12 +33,9 @@ def cliques(choices: Choices) -> csr_array:
 
 def _exclusion(choices: Choices) -> csr_array:
     """(m, m) nonzero where two options exclude each other."""
-    m = len(choices.robot)
-    ones, rows = np.ones(m), np.arange(m)
-    of_robot = csr_array((ones, (rows, choices.robot)), shape=(m, len(choices.of_robot) - 1))
-    on_target = csr_array((ones, (rows, choices.target)), shape=(m, len(choices.target_first) - 1))
-    touch = csr_array((np.ones(len(choices.touch)), choices.touch, choices.touch_first), shape=(m, m))
-    every = (of_robot @ of_robot.T + on_target @ on_target.T + touch).tocsr()
+    m, places = len(choices.place), len(choices.place_first) - 1
+    taken = csr_array((np.ones(2 * m), choices.place.ravel(), np.arange(0, 2 * m + 1, 2)), shape=(m, places))
+    every = (taken @ taken.T + choices.touching).tocsr()
     every.setdiag(0)
     every.eliminate_zeros()
     every.sort_indices()
@@ -46,21 +43,16 @@ def _exclusion(choices: Choices) -> csr_array:
 
 
 def _seeds(choices: Choices) -> tuple[np.ndarray, np.ndarray]:
-    """Cliques as lists: options of one positioner, of one target, and an option with those of one neighbour."""
-    m = len(choices.robot)
-    option = np.repeat(np.arange(m), np.diff(choices.touch_first))
+    """Cliques as lists: the options at one place, and an option with those of one neighbour that it touches."""
+    option = np.repeat(np.arange(len(choices.place)), np.diff(choices.touch_first))
     robot = choices.robot[choices.touch]
     begins = np.ones(len(option), bool)
     begins[1:] = (option[1:] != option[:-1]) | (robot[1:] != robot[:-1])
-    run = np.cumsum(begins) - 1
-    heads = option[begins]
-    of_run = np.lexsort((np.concatenate([np.zeros(len(heads)), np.ones(len(run))]), np.r_[np.arange(len(heads)), run]))
-    members = np.concatenate([heads, choices.touch])[of_run]
-    sizes = np.bincount(run, minlength=len(heads)) + 1 if len(run) else np.empty(0, np.int64)
-    sizes = np.concatenate([np.diff(choices.of_robot), np.diff(choices.target_first), sizes])
-    members = np.concatenate([np.arange(m), choices.of_target, members])
+    heads = np.flatnonzero(begins)
+    members = np.insert(choices.touch, heads, option[heads])
+    sizes = np.concatenate([np.diff(choices.place_first), np.diff(np.append(heads, len(option))) + 1])
     first = np.concatenate([[0], np.cumsum(sizes[sizes > 0])])
-    return read_only(first, np.int64), members
+    return read_only(first, np.int64), np.concatenate([choices.at_place, members])
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.arrays import read_only
-from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.compile import inlined, kernel, leaf
 from fiberplan.kernels.randoms import uniform
 from fiberplan.survey.choices import Choices
 
@@ -19,17 +19,15 @@ from fiberplan.survey.choices import Choices
 class _Set(NamedTuple):
     """A set of options, and what has to be known of it."""
 
-    of_robot: np.ndarray  #: (n,) option of each positioner, -1: none
-    of_target: np.ndarray  #: (targets,) option on each target, -1: none
+    held: np.ndarray  #: (places,) the option at each place, -1: none
     size: np.ndarray  #: (groups,) members in each group
-    filled: np.ndarray  #: (combinations,) members of each combination that was ruled out
     total: np.ndarray  #: (levels,)
 
 
 class _Room(NamedTuple):
     """Room to work in."""
 
-    rivals: np.ndarray  #: (n,)
+    rivals: np.ndarray  #: (n + 2,)
     candidates: np.ndarray  #: (m,)
     seen: np.ndarray  #: (m,) the step in which an option became a candidate
     journal: np.ndarray  #: what was put in (option) and taken out (-1 - option) in this step
@@ -37,46 +35,26 @@ class _Room(NamedTuple):
     gain: np.ndarray  #: (3, levels) of the option at hand, of the best one, before the step
 
 
-@leaf
+@inlined
 def _is_in(choices, chosen, v):
-    return chosen.of_robot[choices.robot[v]] == v
+    return chosen.held[choices.place[v, 0]] == v
 
 
 @leaf
 def _rivals(choices, chosen, v, rivals):
     """Members that have to go before option v can come in; how many, -1 if it cannot, its group being full."""
     count = 0
-    u = chosen.of_robot[choices.robot[v]]
+    u, w = chosen.held[choices.place[v, 0]], chosen.held[choices.place[v, 1]]
     if u >= 0:
         rivals[count] = u
         count += 1
-    w = chosen.of_target[choices.target[v]]
     if w >= 0 and w != u:
         rivals[count] = w
         count += 1
     for k in range(choices.touch_first[v], choices.touch_first[v + 1]):
         t = choices.touch[k]
-        if t != w and chosen.of_robot[choices.robot[t]] == t:
+        if t != w and _is_in(choices, chosen, t):
             rivals[count] = t
-            count += 1
-    for k in range(choices.out_first[v], choices.out_first[v + 1]):
-        c = choices.out[k]
-        first, last = choices.ruled_first[c], choices.ruled_first[c + 1]
-        if chosen.filled[c] < last - first - 1:
-            continue
-        gone = False
-        for a in range(first, last):
-            for b in range(count):
-                gone = gone or rivals[b] == choices.ruled[a]
-        if not gone:
-            other = -1
-            for a in range(first, last):
-                if choices.ruled[a] != v:
-                    other = choices.ruled[a]
-                    break
-            if other < 0:
-                return -1
-            rivals[count] = other
             count += 1
     g = choices.group[v]
     if g >= 0:
@@ -90,27 +68,14 @@ def _rivals(choices, chosen, v, rivals):
 
 
 @leaf
-def _put(choices, chosen, v):
-    chosen.of_robot[choices.robot[v]] = v
-    chosen.of_target[choices.target[v]] = v
+def _change(choices, chosen, v, sign):
+    """Put option v in (1) or take it out (-1)."""
+    for k in range(2):
+        chosen.held[choices.place[v, k]] = v if sign > 0 else -1
     if choices.group[v] >= 0:
-        chosen.size[choices.group[v]] += 1
-    for k in range(choices.out_first[v], choices.out_first[v + 1]):
-        chosen.filled[choices.out[k]] += 1
+        chosen.size[choices.group[v]] += sign
     for level in range(choices.weight.shape[1]):
-        chosen.total[level] += choices.weight[v, level]
-
-
-@leaf
-def _take(choices, chosen, v):
-    chosen.of_robot[choices.robot[v]] = -1
-    chosen.of_target[choices.target[v]] = -1
-    if choices.group[v] >= 0:
-        chosen.size[choices.group[v]] -= 1
-    for k in range(choices.out_first[v], choices.out_first[v + 1]):
-        chosen.filled[choices.out[k]] -= 1
-    for level in range(choices.weight.shape[1]):
-        chosen.total[level] -= choices.weight[v, level]
+        chosen.total[level] += sign * choices.weight[v, level]
 
 
 @leaf
@@ -133,7 +98,7 @@ def _gain_of(choices, chosen, v, room, gain):
     return count >= 0
 
 
-@leaf
+@inlined
 def _add(room, v):
     """Make option v a candidate of this step, once."""
     if room.seen[v] != room.counts[2]:
@@ -142,7 +107,7 @@ def _add(room, v):
         room.counts[0] += 1
 
 
-@leaf
+@inlined
 def _note(room, what):
     room.journal[room.counts[1]] = what
     room.counts[1] += 1
@@ -151,13 +116,12 @@ def _note(room, what):
 @leaf
 def _remove(choices, chosen, u, room):
     """Take option u out; whatever it kept out becomes a candidate."""
-    _take(choices, chosen, u)
+    _change(choices, chosen, u, -1)
     _note(room, -1 - u)
-    i, t = choices.robot[u], choices.target[u]
-    for v in range(choices.of_robot[i], choices.of_robot[i + 1]):
-        _add(room, v)
-    for k in range(choices.target_first[t], choices.target_first[t + 1]):
-        _add(room, choices.of_target[k])
+    for p in range(2):
+        place = choices.place[u, p]
+        for k in range(choices.place_first[place], choices.place_first[place + 1]):
+            _add(room, choices.at_place[k])
     for k in range(choices.touch_first[u], choices.touch_first[u + 1]):
         _add(room, choices.touch[k])
 
@@ -168,7 +132,7 @@ def _insert(choices, chosen, v, room):
     count = _rivals(choices, chosen, v, room.rivals)
     for b in range(count):
         _remove(choices, chosen, room.rivals[b], room)
-    _put(choices, chosen, v)
+    _change(choices, chosen, v, 1)
     _note(room, v)
 
 
@@ -194,41 +158,24 @@ def _refill(choices, chosen, room):
 
 
 @leaf
-def _make_room_in_group(choices, chosen, v, room, draw):
-    """If the group of option v is full, take out the member that `draw` (0 to 1) falls on."""
-    g, n = choices.group[v], len(chosen.of_robot)
-    if g < 0 or chosen.size[g] < choices.need[g] or choices.need[g] == 0:
+def _make_room_in_group(choices, chosen, v, room, n, draw):
+    """If the group of option v is full, take out the member that `draw` (0 to 1) falls on, of n positioners."""
+    g = choices.group[v]
+    if g < 0 or chosen.size[g] < choices.need[g]:
         return
     for k in range(n):
-        u = chosen.of_robot[(int(draw * n) + k) % n]
+        u = chosen.held[(int(draw * n) + k) % n]
         if u >= 0 and choices.group[u] == g:
             _remove(choices, chosen, u, room)
             return
 
 
-@leaf
-def _undo(choices, chosen, room):
-    for k in range(room.counts[1] - 1, -1, -1):
-        what = room.journal[k]
-        if what >= 0:
-            _take(choices, chosen, what)
-        else:
-            _put(choices, chosen, -1 - what)
-
-
 @kernel
-def _greedy(choices, chosen, order, room):
-    """Options in this order, each that excludes none of those before it and is worth something."""
+def _search(choices, chosen, n, order, around, steps, state, room):
+    """Options in `order`, each that excludes none before it; then steps, each begun by an option of `around`."""
     for v in order:
-        if _rivals(choices, chosen, v, room.rivals) == 0 and _gain_of(choices, chosen, v, room, room.gain[0]):
-            room.gain[1] = 0
-            if _order(room.gain[0], room.gain[1]) > 0:
-                _put(choices, chosen, v)
-
-
-@kernel
-def _improve(choices, chosen, around, steps, state, room):
-    """So many steps, each begun by an option of `around` (k,)."""
+        if _rivals(choices, chosen, v, room.rivals) == 0:
+            _change(choices, chosen, v, 1)
     for _ in range(steps):
         v = around[int(uniform(state) * len(around))]
         draw = uniform(state)
@@ -237,12 +184,14 @@ def _improve(choices, chosen, around, steps, state, room):
         room.counts[0], room.counts[1] = 0, 0
         room.counts[2] += 1
         room.gain[2] = chosen.total
-        _make_room_in_group(choices, chosen, v, room, draw)
+        _make_room_in_group(choices, chosen, v, room, n, draw)
         if _rivals(choices, chosen, v, room.rivals) >= 0:
             _insert(choices, chosen, v, room)
         _refill(choices, chosen, room)
         if _order(chosen.total, room.gain[2]) < 0:
-            _undo(choices, chosen, room)
+            for k in range(room.counts[1] - 1, -1, -1):
+                what = room.journal[k]
+                _change(choices, chosen, what if what >= 0 else -1 - what, -1 if what >= 0 else 1)
 
 
 def local_search(
@@ -258,34 +207,28 @@ def local_search(
         around: options that steps begin at; all unless given.
     """
     m, levels = choices.weight.shape
-    n = len(choices.of_robot) - 1
-    chosen = _Set(
-        np.full(n, -1, np.int64),
-        np.full(len(choices.target_first) - 1, -1, np.int64),
-        np.zeros(len(choices.need), np.int64),
-        np.zeros(len(choices.ruled_first) - 1, np.int64),
-        np.zeros(levels, np.int64),
-    )
+    n, places = int(choices.robot.max(initial=-1)) + 1, len(choices.place_first) - 1
+    chosen = _Set(np.full(places, -1, np.int64), np.zeros(len(choices.need), np.int64), np.zeros(levels, np.int64))
     room = _Room(
-        np.empty(n + len(choices.out) + 2, np.int64),
+        np.empty(n + 2, np.int64),
         np.empty(m, np.int64),
         np.full(m, -1, np.int64),
         np.empty(4 * n + 4096, np.int64),
         np.zeros(3, np.int64),
         np.zeros((3, levels), np.int64),
     )
+    worth = np.asarray((choices.weight > 0).any(axis=1))
     order = greedy_order(choices) if begin is None else begin
-    _greedy(choices, chosen, read_only(order, np.int64), room)
     around = np.arange(m) if around is None else around
-    if len(around):
-        state = np.array([seed], np.uint64)
-        _improve(choices, chosen, read_only(around, np.int64), steps, state, room)
-    return np.sort(chosen.of_robot[chosen.of_robot >= 0])
+    order, around = (read_only(each[worth[each]], np.int64) for each in (order, around))
+    state = np.array([seed], np.uint64)
+    _search(choices, chosen, n, order, around, steps if len(around) else 0, state, room)
+    return np.sort(chosen.held[:n][chosen.held[:n] >= 0])
 
 
 def greedy_order(choices: Choices) -> np.ndarray:
     """(m,) options by falling weight, level by level; the first of equals first."""
-    return np.lexsort([-column for column in choices.weight.T[::-1]])
+    return np.lexsort(-choices.weight.T[::-1]) if len(choices.weight) else np.empty(0, np.int64)
 
 
 def loss(choices: Choices, v: int, rivals: list[int]) -> tuple[int, ...]:

@@ -1,8 +1,9 @@
 """The motion in the loop: whoever is lost on the way loses its target to another, and all is planned again.
 
-A plan that loses a positioner names those in its way. Their options and its own, all together, are ruled out; around
-them the choice is made anew, everything else standing as it is; and the motion is planned again. What is ruled out
-stays so, and there are finitely many combinations; after a few rounds an option that is lost is ruled out alone.
+A plan that loses a positioner names those in its way. Its option and that of the first of them are ruled out together,
+as if they touched; around them the choice is made anew, everything else standing as it is; and the motion is planned
+again. What is ruled out stays so, and there are finitely many pairs; an option that nobody with a target was in the way
+of, or that is lost after a few rounds, is ruled out alone.
 """
 
 import dataclasses
@@ -18,7 +19,7 @@ from fiberplan.survey.choices import Choices
 from fiberplan.survey.conflicts import ConflictTable
 from fiberplan.survey.local_search import local_search
 
-_JOINTLY = 8  #: rounds in which combinations are ruled out; after that, single options
+_JOINTLY = 8  #: rounds in which pairs are ruled out; after that, single options
 _ROUNDS = 30  #: after which whoever is still lost has no target
 _TRIES = 200  #: steps of local search for each option around a loss
 
@@ -27,7 +28,7 @@ class Arrived(NamedTuple):
     """A set of options that all arrive."""
 
     chosen: np.ndarray  #: options, in rising order
-    choices: Choices  #: with the combinations that were ruled out
+    choices: Choices  #: with what was ruled out
     plan: Plan | None
     rounds: int  #: times that was planned
 
@@ -69,14 +70,13 @@ def arriving(
     seed: int,
 ) -> Arrived:
     """Plan the motion to `chosen`, and choose again around whoever is lost until nobody is."""
-    ruled: list[np.ndarray] = []
     for rounds in range(1, _ROUNDS + 1):
         plan = planner.plan(goals_of(there, catalogue, table, chosen))
         lost = chosen[np.isin(choices.robot[chosen], plan.lost)]
         if not len(lost):
             break
-        ruled += [_combination(plan, choices, chosen, v, rounds <= _JOINTLY) for v in lost.tolist()]
-        choices = choices.without(ruled)
+        pairs = [_ruled_out(plan, choices, chosen, v, rounds <= _JOINTLY) for v in lost.tolist()]
+        choices = choices.without(np.array(pairs, np.int64))
         kept_first = np.concatenate([np.setdiff1d(chosen, lost), lost])
         near = _around(there, choices, choices.robot[lost])
         chosen = local_search(choices, _TRIES * len(near), seed, begin=kept_first, around=near)
@@ -84,13 +84,14 @@ def arriving(
     return Arrived(chosen[arrived], choices, plan, rounds)
 
 
-def _combination(plan: Plan, choices: Choices, chosen: np.ndarray, v: int, jointly: bool) -> np.ndarray:
-    """The option v, which was lost, and those of whoever was in its way."""
+def _ruled_out(plan: Plan, choices: Choices, chosen: np.ndarray, v: int, jointly: bool) -> tuple[int, int]:
+    """The option v, which was lost, and that of the first who was in its way; v twice: it is ruled out alone."""
     i = int(choices.robot[v])
-    if not jointly or plan.outcomes[i] is Outcome.INFEASIBLE:
-        return np.array([v])
-    others = np.isin(choices.robot[chosen], plan.blockers.get(i, ()))
-    return np.union1d([v], chosen[others])
+    by_robot = dict(zip(choices.robot[chosen].tolist(), chosen.tolist(), strict=True))
+    others = [by_robot[j] for j in plan.blockers.get(i, ()) if j in by_robot and j != i]
+    if not jointly or plan.outcomes[i] is Outcome.INFEASIBLE or not others:
+        return v, v
+    return v, others[0]
 
 
 def _around(there: Problem, choices: Choices, robots: np.ndarray) -> np.ndarray:

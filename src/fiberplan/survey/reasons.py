@@ -74,20 +74,21 @@ class _Told:
     def reason(self, row: int) -> Reason:
         """Why the target in `row` has no positioner."""
         choices = self._choices
-        options = choices.of_target[choices.target_first[row] : choices.target_first[row + 1]]
+        options = choices.at(self._plane.n + row)
         if not len(options) and row in self._blocked:
             by = tuple(sorted(set(self._blocked[row])))
             names = _listed([self._plane.label(b) for b in by])
             return Reason(row, Why.AT_REST, f"whoever reaches it would touch {names}, which stands still", by)
         if not len(options):
             return Reason(row, Why.OUT_OF_REACH, self._why_out_of_reach(row))
-        if not choices.weight[options, :-1].any():
+        if self._catalogue.priority[row] == 0 and (choices.group[options] < 0).all():
             return Reason(row, Why.WORTHLESS, "its priority is 0")
+        ruled_out = not choices.weight[options].any(axis=1).all()
         rivals = [self._rivals(v) for v in options.tolist()]
         full = [g for g in choices.group[options].tolist() if g >= 0 and self._groups[g] >= choices.need[g]]
         if len(full) == len(options):
             return Reason(row, Why.QUOTA, self._why_full(full[0]))
-        if not all(rivals):
+        if ruled_out or not all(rivals):
             return Reason(row, Why.MOTION, f"{Why.MOTION.value}, and they are worth more")
         best = min(range(len(options)), key=lambda k: loss(choices, int(options[k]), rivals[k]))
         return self._against(row, int(options[best]), rivals[best])
@@ -95,7 +96,7 @@ class _Told:
     def _rivals(self, v: int) -> list[int]:
         """Options that are taken and that option v excludes."""
         choices = self._choices
-        near = [*choices.touch[choices.touch_first[v] : choices.touch_first[v + 1]].tolist()]
+        near = choices.touched(v).tolist()
         own = int(self._option[choices.robot[v]])
         return ([own] if own >= 0 else []) + [u for u in near if self._option[choices.robot[u]] == u]
 
@@ -104,10 +105,13 @@ class _Told:
         choices, ids = self._choices, self._plane.ids
         robot = int(choices.robot[v])
         who = tuple(int(choices.robot[u]) for u in rivals)
-        what = tuple(int(choices.target[u]) for u in rivals)
+        what = tuple(int(choices.place[u, 1]) - self._plane.n for u in rivals)
         held = [f"{ids[i]} on {self._said(t)}" for i, t in zip(who, what, strict=True)]
         if (choices.group[rivals] >= 0).any() and choices.group[v] < 0:
             return Reason(row, Why.QUOTA, f"a required position would go: {_listed(held)}", who, what)
+        at_rest = self._table.indices[self._table.indptr[v] : self._table.indptr[v + 1]]
+        if any(i != robot and u not in at_rest for u, i in zip(rivals, who, strict=True)):
+            return Reason(row, Why.MOTION, f"{ids[robot]} did not arrive together with {_listed(held)}", who, what)
         if who == (robot,):
             return Reason(row, Why.TAKEN, f"{ids[robot]} takes {self._said(what[0])}", who, what)
         return Reason(row, Why.CONFLICT, f"{ids[robot]} there excludes {_listed(held)}", who, what)

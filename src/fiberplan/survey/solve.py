@@ -44,10 +44,13 @@ def solve(choices: Choices, solver: Solver, seed: int, deadline: float | None) -
     """
     levels = choices.weight.shape[1]
     worth = choices._replace(weight=read_only(choices.weight[:, : levels - 1], np.int64))  # all but motion
-    steps = max(LEAST_STEPS, STEPS[solver] * len(choices.robot))
+    steps = max(LEAST_STEPS, STEPS[solver] * len(choices.place))
     chosen = local_search(worth, steps, seed)
+    if not len(chosen):
+        nothing = np.zeros(levels, np.int64)
+        return Solved(chosen, nothing, nothing, False)
     bounds, interrupted = np.zeros(levels, np.int64), False
-    rows, usable = _rows(choices), np.arange(len(choices.robot))
+    rows, usable = _rows(choices), np.arange(len(choices.place))
     for level in range(levels - 1):
         weight = choices.weight[:, level]
         relaxed = _relaxed(weight[usable], rows)
@@ -89,18 +92,14 @@ class _Rows(NamedTuple):
 
 
 def _rows(choices: Choices) -> _Rows:
-    """At most one of each clique, no more of a group than are needed, no combination that was ruled out."""
-    m, parts, most = len(choices.robot), [cliques(choices)], []
+    """At most one of each clique, and no more of a group than are needed."""
+    m, parts, most = len(choices.place), [cliques(choices)], []
     most.append(np.ones(parts[0].shape[0]))
     grouped = np.flatnonzero(choices.group >= 0)
     if len(grouped):
         shape = (len(choices.need), m)
         parts.append(csr_array((np.ones(len(grouped)), (choices.group[grouped], grouped)), shape=shape))
         most.append(choices.need.astype(float))
-    if len(choices.ruled_first) > 1:
-        shape = (len(choices.ruled_first) - 1, m)
-        parts.append(csr_array((np.ones(len(choices.ruled)), choices.ruled, choices.ruled_first), shape=shape))
-        most.append(np.diff(choices.ruled_first) - 1.0)
     return _Rows(vstack(parts, format="csr"), np.concatenate(most))
 
 

@@ -1,0 +1,154 @@
+"""``fiberplan allocate``: from a catalogue to targets that positioners can take together, all of which are reached."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from fiberplan.cli.answers import say_json
+from fiberplan.cli.completion import instrument_names
+from fiberplan.cli.options import JsonOption, SeedOption
+from fiberplan.cli.output import Output, plan_output, refuse_unwritable, say, working
+from fiberplan.cli.start import Margin, Offline, StartTime, begun, room, switched_off
+from fiberplan.errors import FiberplanError
+
+if TYPE_CHECKING:
+    from fiberplan.survey import Allocation
+
+_TABLES = (".ecsv", ".csv", ".fits", ".txt", ".dat")
+
+
+def allocate(
+    instrument: Annotated[
+        str,
+        typer.Argument(
+            metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
+        ),
+    ],
+    catalogue: Annotated[
+        Path, typer.Argument(metavar="CATALOGUE", help="A table: x, y (mm unless it says), priority, tier, ...")
+    ],
+    start: Annotated[Path | None, typer.Option(metavar="FILE", help="A plan's end, a motion, table or record.")] = None,
+    start_time: StartTime = None,
+    offline: Offline = None,
+    stay: Annotated[
+        list[str] | None, typer.Option(metavar="ID,ID", help="Robots that keep their place. Repeatable.")
+    ] = None,
+    margin: Margin = None,
+    require: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CATEGORY=N", help="Positions of a category that are needed, such as sky=80. Repeatable."),
+    ] = None,
+    regions: Annotated[
+        int, typer.Option(metavar="N", help="Parts of the array over which these are spread.", min=1)
+    ] = 1,
+    motion: Annotated[
+        bool, typer.Option("--motion/--no-motion", help="Choose again around whoever does not arrive.")
+    ] = True,
+    solver: Annotated[
+        Literal["milp", "heuristic"], typer.Option(help="Prove what is best, or only bound it.")
+    ] = "milp",
+    deadline: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Seconds for each integer program; then the best so far.", min=0.0),
+    ] = None,
+    seed: SeedOption = 0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the targets here.")
+    ] = None,
+    plan: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the plan that reaches them.")] = None,
+    json: JsonOption = False,
+) -> None:
+    """Say which positioner takes which target; exit 0 if all that is required is there, 1 if not."""
+    refuse_unwritable(
+        Output(output, _TABLES, "a table"), plan_output(plan), inputs=(Path(instrument), catalogue, start)
+    )
+    if plan is not None and not motion:
+        raise FiberplanError("allocate: --plan asks for a motion that --no-motion leaves out")
+    with working("allocating"):
+        from fiberplan.focal_plane import FocalPlane
+        from fiberplan.survey import allocate as allocated
+
+        plane, off = switched_off(FocalPlane.load(instrument), offline or ())
+        leave = room(plane, margin, 0.0, 0.0)
+        found = allocated(
+            plane,
+            catalogue,
+            leave.margin,
+            start=begun(plane, start, start_time),
+            motion=motion,
+            required=_numbers(require or ()),
+            regions=regions,
+            stay=[name for text in stay or () for name in text.split(",") if name],
+            solver=solver,
+            seed=seed,
+            deadline=deadline,
+        )
+        faults = [] if found.plan is None else found.plan.faults()
+        if output is not None:
+            found.write(output)
+        if plan is not None and found.plan is not None:
+            found.plan.write(plan)
+    written = [path for path in (output, plan) if path is not None]
+    short = [quota for quota in found.quotas if quota.allocated < quota.required]
+    if json:
+        say_json(_facts(found, faults) | {"written": written})
+        raise typer.Exit(1 if short or faults else 0)
+    say(str(found), style="bold")
+    for tier in found.tiers if len(found.tiers) > 1 else ():
+        say(f"tier {tier.tier}: {tier.targets} targets, value {tier.value:g} of at most {tier.bound:g}")
+    for quota in short:
+        what = f"{quota.allocated} of {quota.required} required positions of category {quota.category}"
+        say(f"{what} in region {quota.region}", style="yellow")
+    for why, count in found.counts().items():
+        say(f"not allocated: {count}: {why.value}")
+    for note in (*off, *leave.notes, *found.problem.notes):
+        say(f"note: {note}")
+    if found.plan is not None:
+        again = f"; planned {found.rounds} times, which cost priority {found.price:g}" if found.rounds > 1 else ""
+        say(f"{found.plan}{again}")
+        for fault in faults:
+            say(fault, style="yellow")
+        if not faults:
+            say(str(found.plan.certificate), style="green")
+    say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the targets")
+    raise typer.Exit(1 if short or faults else 0)
+
+
+def _numbers(given: Sequence[str]) -> dict[str, int]:
+    """What --require says.
+
+    Raises:
+        FiberplanError: it is not of the form CATEGORY=N, or names a category twice.
+    """
+    found: dict[str, int] = {}
+    for text in given:
+        name, _, count = text.partition("=")
+        if not name or not count.isdecimal():
+            raise FiberplanError(f"--require {text}: expected CATEGORY=N, such as sky=80")
+        if name in found:
+            raise FiberplanError(f"--require {text}: there is a number for {name} already")
+        found[name] = int(count)
+    return found
+
+
+def _facts(found: "Allocation", faults: list[str]) -> dict[str, Any]:
+    """The allocation for programs."""
+    listed, ids = found.catalogue, found.problem.plane.ids
+    pairs = zip(found.positioners.tolist(), found.rows.tolist(), strict=True)
+    return {
+        "value": found.value,
+        "bound": found.bound,
+        "tiers": [tier._asdict() for tier in found.tiers],
+        "required": [quota._asdict() for quota in found.quotas],
+        "allocated": {ids[i]: listed.ids[row] for i, row in pairs},
+        "not_allocated": {
+            listed.ids[row]: {"why": reason.why, "text": reason.text} for row, reason in found.reasons.items()
+        },
+        "rounds": found.rounds,
+        "price": found.price,
+        "makespan": None if found.plan is None else found.plan.makespan,
+        "interrupted": found.interrupted,
+        "faults": faults,
+    }
