@@ -3,7 +3,7 @@
 Catalogues are uniform over the array, with priorities 1, 2, 5 and 10, equally many of each. CPU is of one core, kernels
 warm; the calibration that is printed first lets machines compare.
 
-Usage: python benchmarks/survey.py [--only conflicts|solvers|motion|ties] [--fields N] [--seed FIRST] [--quick]
+Usage: python benchmarks/survey.py [--only conflicts|solvers|motion|ties] [--fields N] [--targets M] [--buffer MM] [--quick]
 """
 
 import argparse
@@ -151,11 +151,11 @@ def solver_rows(seed: int, quick: bool) -> Iterator[str]:
         yield "CP-SAT: not installed" if found is None else row("CP-SAT, from greedy", found[0], cpu, found[1])
 
 
-def motion_rows(seed: int, fields: int) -> Iterator[str]:
+def motion_rows(seed: int, fields: int, counts: list[int], buffers: list[float]) -> Iterator[str]:
     """Allocate, plan, choose again until all arrive."""
     plane = sayres()
-    for count in (1_000, 3_000):
-        for buffer in BUFFERS:
+    for count in counts:
+        for buffer in buffers:
             margin, cpu, found = margin_of(buffer), [], []
             for k in range(seed, seed + fields):
                 start = uniform_field(plane, k, margin)
@@ -177,10 +177,10 @@ def motion_rows(seed: int, fields: int) -> Iterator[str]:
             )
 
 
-def tie_rows(seed: int, fields: int) -> Iterator[str]:
+def tie_rows(seed: int, fields: int, counts: list[int]) -> Iterator[str]:
     """The slowest option with and without the tie-break, and the least that any set of the same value can have."""
     plane, margin = sayres(), margin_of(2.0)
-    for count in (1_000, 3_000):
+    for count in counts:
         saved, kinds = [], []
         for k in range(seed, seed + fields):
             start = uniform_field(plane, k, margin)
@@ -192,8 +192,8 @@ def tie_rows(seed: int, fields: int) -> Iterator[str]:
             saved.append(1 - longest[1] / longest[0])
         blind, short, least = np.median(np.array(kinds), axis=0)
         yield (
-            f"ties {count} targets: slowest {blind:.2f} s without, {short:.2f} s with, at least {least:.2f} s at this "
-            f"value; saved {statistics.median(saved):.1%} (median), {min(saved):.1%} to {max(saved):.1%} in {fields} fields"
+            f"ties {count} targets: slowest {blind:.2f} s without, {short:.2f} s with, at least {least:.2f} s at "
+            f"this value; saved {statistics.median(saved):.1%}, {min(saved):.1%} to {max(saved):.1%} in {fields} fields"
         )
 
 
@@ -220,6 +220,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--only", choices=("conflicts", "solvers", "motion", "ties"))
     parser.add_argument("--fields", type=int, default=20, help="of motion and ties, each")
+    parser.add_argument("--targets", type=int, nargs="+", default=[1_000, 3_000], help="of motion and ties, in a field")
+    parser.add_argument("--buffer", type=float, nargs="+", default=list(BUFFERS), help="of motion [mm]")
     parser.add_argument("--seed", type=int, default=0, help="of the first field")
     parser.add_argument("--quick", action="store_true", help="547 positioners only")
     options = parser.parse_args()
@@ -228,8 +230,8 @@ def main() -> None:
     parts: dict[str, Callable[[], Iterator[str]]] = {
         "conflicts": lambda: table_rows(options.seed, options.quick),
         "solvers": lambda: solver_rows(options.seed, options.quick),
-        "motion": lambda: motion_rows(options.seed, options.fields),
-        "ties": lambda: tie_rows(options.seed, options.fields),
+        "motion": lambda: motion_rows(options.seed, options.fields, options.targets, options.buffer),
+        "ties": lambda: tie_rows(options.seed, options.fields, options.targets),
     }
     for name, rows in parts.items():
         if options.only in (None, name):

@@ -6,7 +6,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan demo --seed 3 -o demo", "two other fields"),
     ),
     "allocate": (
-        ("fiberplan allocate sdss all.ecsv -o targets.ecsv", "who takes what, so that all arrive"),
+        ("fiberplan allocate sdss all.ecsv -o targets.ecsv", "who takes what"),
         ("fiberplan allocate sdss all.ecsv --start plan.fits --plan next.fits", "and the motion"),
         ("fiberplan allocate desi all.csv --require sky=40 --regions 10", "4 sky in each tenth"),
     ),
