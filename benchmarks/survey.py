@@ -3,7 +3,7 @@
 Catalogues are uniform over the array, with priorities 1, 2, 5 and 10, equally many of each. CPU is of one core, kernels
 warm; the calibration that is printed first lets machines compare.
 
-Usage: python benchmarks/survey.py [--only conflicts|solvers|motion|ties] [--fields N] [--targets M] [--buffer MM] [--quick]
+Usage: python benchmarks/survey.py [--only PART] [--fields N] [--targets M] [--buffer MM] [--quick]
 """
 
 import argparse
