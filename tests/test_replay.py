@@ -223,8 +223,7 @@ class TestFiles:
             changed[at] ^= 1 << int(rng.integers(8))
             try:
                 again = Claims(bytes(changed))
-            except BadFileError as error:
-                assert "\n" not in str(error)
+            except BadFileError:
                 continue
             before = base("seven")[1].tables
             assert all(again.tables[name].tobytes() == before[name].tobytes() for name in before)
@@ -245,6 +244,9 @@ class TestFiles:
         old = Claims(gzip.decompress(FORMAT1.read_bytes()))
         assert old.rows == {}
         assert judged(old)  # nothing is stated, so nothing is shown
+        columns, claims = base("seven")
+        second = sealed({name: of for name, of in columns.items() if name != "CERTIFICATE_AXES"}, claims.tables, 2)
+        assert Claims(second).rows == {}
         newer = self.content().replace(b"FPFORMAT=                    3", b"FPFORMAT=                    4")
         with pytest.raises(BadFileError, match="format 4"):
             Claims(newer)

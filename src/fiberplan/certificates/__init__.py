@@ -5,6 +5,11 @@
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `clocks`: the same where clocks are off, over all pairs of moments
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
+- `along_axis`: how near two pieces come along a fixed axis
+- `witnesses`: what shows each pair clear, as data that plan files carry
+- `replay`: whether that data is true, by code that shares nothing with all of the above
+- `replay_outcomes`: whether the other claims of a plan file are: limits, start, goals, outcomes
+- `whole_replay`: both, on all cores, of a file or of what changed in it
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
 - `touching`: contacts of many motions, and nothing else of them
