@@ -11,6 +11,7 @@ from astropy.io import fits
 
 from fiberplan.certificates import replay as replay_module
 from fiberplan.certificates.replay import BadFileError, Claims
+from fiberplan.certificates.replay_geometry import digest, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, not_replayed
 from fiberplan.certificates.whole_replay import replay
 from fuzz.mutations import base, sealed
@@ -49,6 +50,16 @@ def test_what_is_so_is_accepted(name):
     assert any(shape.hollow for arm in claims.arms for shape in arm) == (name == "concave")
     assert bool(claims.opening) == (name == "opening")
     assert bool(claims.bar.size) == (name == "four-bar")
+
+
+@pytest.mark.parametrize("name", ["seven", "heights", "concave", "four-bar"])
+def test_geometry_has_the_digest_that_verify_shows(name):
+    """Made of the tables alone; of bodies that were made not to meet it is another, and that is a fault."""
+    claims = base(name)[1]
+    assert digest(claims) == claims.said["certificate"]["geometry"]["digest"]
+    other = changed(name, BODIES=setting("meets", slice(None), b"[]"))
+    assert digest(other) != digest(claims)
+    assert [*geometry_fault(other)]
 
 
 def test_the_checker_stands_alone_and_is_short():

@@ -44,13 +44,12 @@ def replay(
         made = "CERTIFICATE_AXES" not in claims.tables
         if made:
             claims.rows = _made(content, plan)
-        geometry = _geometry(claims, content, plan)
         found = replay_all(claims, before, jobs, report)
-    faults = (*geometry[1], *found.faults)
+    faults = found.faults
     notes = [*(["the file holds no axes: they were made first, and then replayed"] if made else []), *found.notes]
     if since is not None:
         notes.append(f"{found.taken} pairs are as in {since}, which must have been replayed itself")
-    about = f"about {found.about}; digest {geometry[0]}"
+    about = f"about {found.about}"
     if json:
         facts = {"ok": not faults, "faults": faults, "notes": notes, "about": about}
         say_json(facts | {"judged": found.judged, "taken": found.taken})
@@ -89,13 +88,3 @@ def _made(content: bytes, path: Path) -> dict:
     from fiberplan.io.plan_file import plan_bytes, plan_from_bytes
 
     return Claims(plan_bytes(plan_from_bytes(content, path))).rows
-
-
-def _geometry(claims: "Claims", content: bytes, path: Path) -> tuple[str, tuple[str, ...]]:
-    """Digest of the geometry for people to compare, and a fault if the certificate is said to be about another."""
-    from fiberplan.focal_plane.geometry import geometry_of
-    from fiberplan.io.plan_file import plan_from_bytes
-
-    digest = geometry_of(plan_from_bytes(content, path).problem.plane).digest
-    stated = (claims.said["certificate"].get("geometry") or {}).get("digest", digest)
-    return digest[:12], () if stated == digest else ("the certificate is about another geometry than the file's",)
