@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 CHROMIUM := chromium chromium-browser google-chrome
 
-.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey picture browser format clean
+.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey bench-proofs picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -44,6 +44,9 @@ bench-pairs: $(VENV)/.installed ## every planner and verify against another comm
 
 bench-survey: $(VENV)/.installed ## allocation: conflict tables, solvers, motion in the loop, ties; OPTIONS="--only ties" for a part
 	nice $(BIN)/python benchmarks/survey.py $(OPTIONS)
+
+bench-proofs: $(VENV)/.test ## certificates and their replay, false certificates, planted contacts; OPTIONS="--planted 0" for a part
+	nice $(BIN)/python benchmarks/proofs.py $(OPTIONS)
 
 bench-premises: $(VENV)/.installed ## starts, machines and targets as they are; OPTIONS="--only touching --trials 20" for a part
 	nice $(BIN)/python benchmarks/premises.py $(OPTIONS)

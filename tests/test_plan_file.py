@@ -162,8 +162,8 @@ def test_one_table_short(path):
 
 
 def test_newer_format_is_refused(path):
-    edit(path, lambda hdul: hdul[0].header.set("FPFORMAT", 3))
-    with pytest.raises(PlanError, match=r"plan.fits: is in plan format 3, this fiberplan reads formats up to 2"):
+    edit(path, lambda hdul: hdul[0].header.set("FPFORMAT", 4))
+    with pytest.raises(PlanError, match=r"plan.fits: is in plan format 4, this fiberplan reads formats up to 3"):
         Plan.read(path)
 
 

@@ -5,23 +5,32 @@
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `clocks`: the same where clocks are off, over all pairs of moments
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
+- `along_axis`: how near two pieces come along a fixed axis
+- `witnesses`: what shows each pair clear, as data that plan files carry
+- `replay`: whether that data is true, by code that shares nothing with all of the above
+- `replay_outcomes`: whether the other claims of a plan file are: limits, start, goals, outcomes
+- `replay_geometry`: which geometry it is about, in words and as a digest
+- `whole_replay`: both, on all cores, of a file or of what changed in it
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
 - `touching`: contacts of many motions, and nothing else of them
 - `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
-- `witnesses`: what shows each pair clear, as data that a plan file keeps; `along_axis`: how near pieces come
-- `whole_replay`: every claim of a plan file checked by code that shares nothing with the above: `replay`: the motion,
-  `replay_outcomes`: limits, ends and outcomes
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
   and what they join
+
+Names are imported when they are first used, so that a replay needs no kernel.
 """
 
-from fiberplan.certificates.guesses import needed_guesses
-from fiberplan.certificates.opening import Opening
-from fiberplan.certificates.over_time import clearance_over_time
-from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
-from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fiberplan.certificates.guesses import needed_guesses
+    from fiberplan.certificates.opening import Opening
+    from fiberplan.certificates.over_time import clearance_over_time
+    from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
+    from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
 
 __all__ = [
     "Certificate",
@@ -34,3 +43,20 @@ __all__ = [
     "proven_unreachable",
     "verify",
 ]
+
+_HOME = dict.fromkeys(("Certificate", "Contact", "ZoneEntry", "verify"), "safety")
+_HOME |= dict.fromkeys(("proven_excluded", "proven_unreachable"), "unreachable")
+_HOME |= {"Opening": "opening", "clearance_over_time": "over_time", "needed_guesses": "guesses"}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module the first time it is asked for."""
+    if name not in _HOME:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = globals()[name] = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    """Public names, imported or not."""
+    return sorted(__all__)

@@ -155,15 +155,13 @@ class Claims:
         try:
             self._take(read_tables(content))
         except Exception as error:  # readers of FITS and JSON raise what they like on a damaged file
-            raise BadFileError(
-                str(error) if isinstance(error, BadFileError) else f"cannot be used ({error!r})"
-            ) from None
+            raise BadFileError(str(error) if isinstance(error, BadFileError) else "cannot be used as a plan") from None
 
     def _take(self, tables: dict[str, np.ndarray]) -> None:
         self.tables, self.table, self.problem, knots = tables, tables["POSITIONERS"], tables["PROBLEM"], tables["KNOTS"]
         self.n, self.said = len(self.table), json.loads(tables["PARAMETERS"]["json"][0])
-        for name in ("positioner", "outcome"):
-            refuse(self.table[name].tolist() != self.problem[name].tolist(), f"PROBLEM, POSITIONERS: {name}s differ")
+        differ = any(self.table[k].tolist() != self.problem[k].tolist() for k in ("positioner", "outcome"))
+        refuse(differ, "PROBLEM and POSITIONERS speak of other positioners or outcomes")
         self.online, fixed = self.table["online"] == b"T", [[s] for _, s in shapes(tables["OBSTACLES"], "obstacle", 0)]
         self.arms: list[list[Shape]] = [*([] for _ in range(self.n)), *fixed]
         for i, shape in shapes(tables["BODIES"], "body", self.n):
@@ -179,8 +177,8 @@ class Claims:
         owner, every = knots["positioner"].astype(int), columns(knots, "time", "alpha", "beta")
         refuse(set(owner) != set(range(self.n)) or (np.diff(owner) < 0).any(), "KNOTS: one has none, or out of order")
         self.knots = np.split(every, np.searchsorted(owner, np.arange(1, self.n)))
-        good = np.isfinite(every).all() and all((np.diff(own[:, 0]) > 0).all() for own in self.knots)
-        refuse(not good, "KNOTS: times do not increase, or are no numbers")
+        later = all((np.diff(own[:, 0]) > 0).all() for own in self.knots)
+        refuse(not (later and np.isfinite(every).all()), "KNOTS: times do not increase, or are no numbers")
         far = np.vstack([np.outer([0.0, 0.0, 1.0], self.place[:, 2]), self.bar[:, :1].T])  # of links' origins
         ends = [[far[s.link][i] + np.abs(s.points).max() + s.radius for s in self.arms[i]] for i in range(self.n)]
         self.base, around = self.place[:, 0] + 1j * self.place[:, 1], 1e-12 * np.abs(self.place).max() + FLOATS

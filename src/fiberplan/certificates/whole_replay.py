@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 from fiberplan.certificates.replay import Claims
+from fiberplan.certificates.replay_geometry import about, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, label, not_replayed
 
 _CHUNK = 32  # pairs that are handed to a process at a time
@@ -50,13 +51,13 @@ def replay(
     """
     pairs = list(claims.pairs())
     todo = pairs if since is None else list(_changed(claims, since, pairs))
-    found, done = list(faults(claims)), 0
+    found, done = [*geometry_fault(claims), *faults(claims)], 0
     for chunk in _judged(claims, todo, jobs or _cores()):
         found += [f"{label(claims, i)} and {label(claims, j)}: {fault}" for (i, j), fault in chunk if fault is not None]
         done += len(chunk)
         if report is not None:
             report(f"{done} of {len(todo)} pairs")
-    return Replay(tuple(found), tuple(not_replayed(claims)), len(todo), len(pairs) - len(todo), _about(claims))
+    return Replay(tuple(found), tuple(not_replayed(claims)), len(todo), len(pairs) - len(todo), about(claims))
 
 
 def _cores() -> int:
@@ -104,18 +105,3 @@ def _of(claims: Claims, arm: int) -> tuple:
         return (own,)
     place, bar, knots = (values[arm].tobytes() for values in (claims.place, claims.bar, claims.knots))
     return own, place, bar, knots, bool(claims.online[arm]), float(claims.error[arm]), label(claims, arm)
-
-
-def _about(claims: Claims) -> str:
-    name = claims.tables["FOCALPLANE"]["name"][0].decode()
-    rows = claims.tables["BODIES"]
-    bodies = []
-    for number in range(int(rows["body"].max(initial=-1)) + 1):
-        own = rows[rows["body"] == number]
-        radii = sorted({f"{radius:.6g}" for radius in (own["radius"].min(), own["radius"].max())}, key=float)
-        meets = own["meets"][0].decode().strip("[]").replace('"', "")
-        bodies.append(f"{own['name'][0].decode()} of radius {' to '.join(radii)} mm (meets {meets or 'nothing'})")
-    what = ", ".join(
-        (f"{claims.n} positioners", *(bodies or ["no bodies"]), f"{len(claims.arms) - claims.n} obstacles")
-    )
-    return f"{name}: {what}; margin {claims.margin:g} mm"
