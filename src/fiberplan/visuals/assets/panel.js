@@ -47,10 +47,18 @@ function fillShapes(model) {
       element("b", {}, name),
       count > 1 ? ` (${count})` : null,
       meets.length ? " keeps the margin from " + meets.join(", ") : " can touch nothing",
-      over.length ? element("span", { class: "over" }, `; may lie over or under ${over.join(", ")}: not tested, being at another height or out of reach`) : null,
+      over.length ? "; may lie over or under " + over.join(", ") : null,
     ),
   );
-  fill("shapes", rows.length ? heading("Shapes and heights") : null, element("ul", { class: "notes" }, ...rows));
+  const crossing = model.heights.some(({ over }) => over.length);
+  const why = "What may lie over or under another shape is at another height, or never in reach: the proof does not test it.";
+  const pale = model.obstacles.some(({ over }) => over) ? " Obstacles that parts of arms may lie over are pale." : "";
+  fill(
+    "shapes",
+    rows.length ? heading("Shapes and heights") : null,
+    element("ul", { class: "notes" }, ...rows),
+    crossing ? element("p", { class: "key" }, why + pale) : null,
+  );
 }
 
 // Idle positioners that end elsewhere than they were wished to: no target is lost by it.

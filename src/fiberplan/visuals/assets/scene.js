@@ -122,7 +122,7 @@ class Scene {
     this.stroke(2 * radius * view.scale + extra, colour, path);
   }
 
-  // Paper, and what is fixed to the focal plane; what arms may lie over is hatched with paper.
+  // Paper, and what is fixed to the focal plane; what parts of arms may lie over is pale.
   ground() {
     const { ink, view, model } = this;
     ink.fillStyle = this.colour("paper");
@@ -130,14 +130,10 @@ class Scene {
     model.obstacles.forEach((obstacle, k) => {
       if (!this.sees(model.boxes[k])) return;
       const [solid] = solidsNow(model, -1 - k);
+      ink.globalAlpha = obstacle.over ? 0.45 : 1;
       this.solid(solid, this.colour("obstacle"));
-      if (!obstacle.over || (2 * obstacle.radius[0] + 1) * view.scale < 4) return;
-      ink.setLineDash([2, 5]);
-      ink.lineCap = "butt";
-      this.solid({ ...solid, radius: 0.7 * solid.radius, shape: { ...obstacle, closed: false } }, this.colour("paper"));
-      ink.lineCap = "round";
-      ink.setLineDash([]);
     });
+    ink.globalAlpha = 1;
   }
 
   alphaLinks() {
