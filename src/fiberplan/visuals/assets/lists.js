@@ -30,6 +30,7 @@ const ORDERS = {
 
 // Who is not at its target and why, by cause. Pressing one shows it together with those in its way.
 function fillLosses(model, actions, order = "priority") {
+  if (!model.lost) return fill("losses"); // a motion without targets
   const { losses } = model, compare = ORDERS[order][1];
   const names = new Intl.Collator("en", { numeric: true });
   const sorted = [...losses].sort((a, b) => compare(a, b) || names.compare(model.ids[a.positioner], model.ids[b.positioner]));

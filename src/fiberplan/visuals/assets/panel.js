@@ -71,6 +71,7 @@ function fillDisplaced(model, actions) {
 
 // What set the duration, and how smooth the motion is.
 function fillDiagnosis(model, actions) {
+  if (!model.diagnosis) return fill("diagnosis");
   const { boundBy, slowest, pairBounds, reversals } = model.diagnosis;
   const seconds = (t) => (t === null ? "never" : t.toFixed(2) + " s");
   const who = ({ positioner }) => button(model.ids[positioner], () => actions.goTo(positioner));
@@ -99,19 +100,17 @@ function fillAbout(model) {
   const { certificate } = model, [a, b] = certificate.pair ?? [];
   fill(
     "about",
-    heading("About this plan"),
+    heading(model.planner ? "About this plan" : "About this motion"),
     facts([
-      ["planner", model.planner],
-      ...model.parameters,
-      ["seed", String(model.seed)],
-      ["lower bound", model.lowerBound.toFixed(2) + " s"],
+      ...(model.planner ? [["planner", model.planner], ...model.parameters, ["seed", String(model.seed)]] : []),
+      ["lower bound", model.lowerBound === undefined ? null : model.lowerBound.toFixed(2) + " s"],
       ["margin", millimetres(model.margin)],
       ["smallest clearance", certificate.smallest === null ? null : "\u2265 " + proven(certificate.smallest)],
       ["between", certificate.pair ? model.armName(a) + " and " + model.armName(b) : null],
       ["clock error allowed", certificate.jitter ? certificate.jitter + " s" : null],
       ["position error allowed", certificate.positionError ? certificate.positionError + " mm" : null],
       ["contacts at rest", certificate.resting.length ? String(certificate.resting.length) : null],
-      ...Object.entries(model.timings).map(([stage, seconds]) => ["time: " + stage, seconds.toFixed(3) + " s"]),
+      ...Object.entries(model.timings ?? {}).map(([stage, seconds]) => ["time: " + stage, seconds.toFixed(3) + " s"]),
     ]),
     ...certificate.resting.map(({ pair }) => {
       const names = pair.map((arm) => model.armName(arm)).join(" and ");
