@@ -51,7 +51,7 @@ function fillShapes(model) {
     ),
   );
   const crossing = model.heights.some(({ over }) => over.length);
-  const why = "What may lie over or under another shape is at another height, or never in reach: the proof does not test it.";
+  const why = "What may lie over or under another shape is at another height, or out of reach: it is not tested.";
   const pale = model.obstacles.some(({ over }) => over) ? " Obstacles that parts of arms may lie over are pale." : "";
   fill(
     "shapes",
@@ -64,7 +64,12 @@ function fillShapes(model) {
 // Idle positioners that end elsewhere than they were wished to: no target is lost by it.
 function fillDisplaced(model, actions) {
   const rows = model.displaced.map(({ positioner, cause }) =>
-    element("div", { class: "item" }, button(model.ids[positioner], () => actions.goTo(positioner)), element("p", {}, cause)),
+    element(
+      "div",
+      { class: "item" },
+      button(model.ids[positioner], () => actions.goTo(positioner)),
+      element("p", {}, cause),
+    ),
   );
   fill("displaced", rows.length ? heading(`Idle, elsewhere than recorded (${rows.length})`) : null, ...capped(rows));
 }
