@@ -463,6 +463,10 @@ def test_links_lead_to_a_moment_and_follow(open_page):
     assert page.locator("#colour").input_value() == "progress"
     set_time(page, 8)
     page.wait_for_function("() => location.hash.startsWith('#t=8&')")
+    page.evaluate("() => { location.hash = '#t=2&id=R+1C2'; }")  # as people write it, unquoted
+    page.locator("#selected .name", has_text="R+1C2").wait_for()
+    page.evaluate("id => { location.hash = `t=8&id=${encodeURIComponent(id)}`; }", ids[STUCK])
+    page.locator("#selected .name", has_text=ids[STUCK]).wait_for()
     page.reload()
     page.locator("#selected .name", has_text=ids[STUCK]).wait_for()
     assert page.locator("#clock").inner_text().startswith("8.00 s")

@@ -214,7 +214,7 @@ function makePane(model, m) {
 function follow({ t, ids, colour, plan }) {
   if (plan !== undefined && plan < models.length) actions.activate(plan);
   if (t !== undefined) timeline.seek(t);
-  const known = (ids ?? []).filter((id) => models.some((model) => model.index.has(id)));
+  const known = (ids ?? []).map((id) => models.map((model) => model.known(id)).find(Boolean)).filter(Boolean);
   if (known.length) [state.selected, ...state.kept] = known;
   if (colour !== undefined && colour !== state.colour) actions.colour(colour);
   chosen();
