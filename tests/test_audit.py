@@ -61,6 +61,18 @@ def test_json_and_report_say_it_all(night, capsys):
     assert "http" not in page.replace("http-equiv", "")  # self-contained
 
 
+def test_every_motion_has_a_page_to_which_the_report_leads(night, capsys):
+    files = ["touching.json", "good.json"]
+    assert run(["audit", "seven.toml", *files, "--margin", "0.8", "-o", "n.html", "--pages", "night pages"]) == 1
+    assert "wrote 2 pages into night pages" in capsys.readouterr().out
+    pages = sorted((night / "night pages").iterdir())
+    assert [page.name for page in pages] == ["001-touching.json.html", "002-good.json.html"]
+    said = json.loads(re.search(r'id="plan">(.*?)</script>', pages[0].read_text(), re.DOTALL).group(1))["plans"][0]
+    assert said["title"] == "touching.json on seven"
+    assert said["closest"][0]["pair"] in ([2, 3], [3, 4])
+    assert "<a href='night%20pages/001-touching.json.html'>touching.json</a>" in (night / "n.html").read_text()
+
+
 def test_a_file_that_cannot_be_read_does_not_hide_the_others(night, capsys):
     (night / "bad.json").write_text(json.dumps({"R9C9": GOOD["R0C2"]}))
     assert run(["audit", "seven.toml", "bad.json", "good.json", "--margin", "0.8", "-o", "n.html"]) == 2

@@ -12,9 +12,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from fiberplan.motion import Executed
 from fiberplan.plan.diagnosis import diagnose
 from fiberplan.visuals import show
 from fiberplan.visuals.approaches import approaches
+from fiberplan.visuals.motion_page import show_motion
 from fiberplan.visuals.origin import Origin
 from test_page import CENTRE, HOSTILE, LOST, MIXED, OFFLINE, RIGHT, STUCK, displaced_plan, small_plan, still_plan
 
@@ -59,7 +61,10 @@ def tabs(browser, tmp_path_factory):
         key = (plans, tuple(sorted(settings.items())))
         if key not in opened:
             path = folder / f"{len(opened)}.html"
-            show(plans, path, [ORIGIN] * len(plans))
+            if callable(plans[0]):
+                plans[0](path)
+            else:
+                show(plans, path, [ORIGIN] * len(plans))
             width, height = settings.pop("viewport", (1000, 640))
             context = browser.new_context(viewport={"width": width, "height": height}, **settings)
             page = context.new_page()
@@ -458,6 +463,10 @@ def test_links_lead_to_a_moment_and_follow(open_page):
     assert page.locator("#colour").input_value() == "progress"
     set_time(page, 8)
     page.wait_for_function("() => location.hash.startsWith('#t=8&')")
+    page.evaluate("() => { location.hash = '#t=2&id=R+1C2'; }")  # as people write it, unquoted
+    page.locator("#selected .name", has_text="R+1C2").wait_for()
+    page.evaluate("id => { location.hash = `t=8&id=${encodeURIComponent(id)}`; }", ids[STUCK])
+    page.locator("#selected .name", has_text=ids[STUCK]).wait_for()
     page.reload()
     page.locator("#selected .name", has_text=ids[STUCK]).wait_for()
     assert page.locator("#clock").inner_text().startswith("8.00 s")
@@ -473,6 +482,25 @@ def test_saves_a_picture(open_page):
     assert content[:8] == b"\x89PNG\r\n\x1a\n"
     width, height = np.frombuffer(content[16:24], ">u4")
     assert [width, height] == page.locator("#field").evaluate("node => [node.width, node.height + 44]")
+
+
+def audited(path):
+    plan = small_plan(touching=True)
+    plane, executed = plan.problem.plane, Executed.exactly(plan.trajectory)
+    show_motion(plane, executed, plan.certificate, path, "traj.json on small array", [("file", "traj.json")])
+
+
+def test_a_motion_without_targets_has_the_same_page(open_page):
+    page = open_page(audited)
+    assert page.locator(".summary").inner_text().strip() == "15 of 19 move in 28.0 s."
+    assert "arrived" not in page.locator(".figures").inner_text()
+    assert page.locator("#losses").is_hidden()
+    assert page.locator("#diagnosis").is_hidden()
+    page.locator("#trouble button").first.click()
+    settle(page)
+    words = page.locator("#selected").inner_text()
+    assert "moves" in words
+    assert number(words, "clearance now") == pytest.approx(0.5, abs=0.02)
 
 
 PHONE = {"viewport": (390, 844), "has_touch": True, "device_scale_factor": 2}

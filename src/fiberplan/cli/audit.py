@@ -1,5 +1,6 @@
 """``fiberplan audit``: are the motions in these files safe, whoever made them?"""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,7 +10,7 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption
-from fiberplan.cli.output import complain, page_output, refuse_unwritable, say, working
+from fiberplan.cli.output import complain, made_folder, page_output, refuse_unwritable, say, working
 from fiberplan.cli.report import cautions, certificate_facts, findings
 from fiberplan.cli.start import Margin, begun
 from fiberplan.errors import FiberplanError
@@ -43,6 +44,9 @@ def audit(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write an HTML report here.")
     ] = None,
+    pages: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write a page of each motion here, to see it move.")
+    ] = None,
 ) -> None:
     """Certify what files make the motors do, a line a file; exit 0 if all is safe, 1 if not, 2 if one cannot be read.
 
@@ -65,6 +69,9 @@ def audit(
             except FiberplanError as error:
                 unread.append((file, str(error)))
         rows = [_row(plane, each) for each in done]
+        shown = [] if pages is None else _pages(plane, done, made_folder(pages))
+        for row, page in zip(rows, shown, strict=False):
+            row["page"] = os.path.relpath(page, Path() if output is None else output.parent)
         if output is not None:
             from fiberplan.visuals.night_report import night_report
 
@@ -82,7 +89,7 @@ def audit(
                 "margin": wanted,
                 "files": facts,
                 "unread": missed,
-                "written": [output] if output else [],
+                "written": [*shown, *([output] if output else [])],
             }
         )
     else:
@@ -90,6 +97,8 @@ def audit(
             say(f"note: {note}")
         for each, row in zip(done, rows, strict=True):
             say(_line(plane, each, row), style="green" if row["ok"] else "red")
+        if shown:
+            say(f"wrote {len(shown)} pages into {pages}")
         if output is not None:
             say(f"wrote {output}")
     for _, why in unread:
@@ -107,6 +116,17 @@ def _row(plane: "FocalPlane", each: "Audit") -> dict[str, Any]:
     row |= {"closest [mm]": "" if pair is None else clearance, "contacts": len(proof.contacts) + len(proof.undecided)}
     row |= {"violations": len(proof.violations) + len(proof.zones)}
     return row | {"time [s]": each.duration, "bound [s]": each.bound, "lost [s]": each.duration - each.bound}
+
+
+def _pages(plane: "FocalPlane", done: list["Audit"], folder: Path) -> list[Path]:
+    """A page of each motion, numbered, since files of other folders may have the same name."""
+    from fiberplan.visuals.motion_page import show_motion
+
+    written = [folder / f"{k + 1:03d}-{each.path.name}.html" for k, each in enumerate(done)]
+    for each, page in zip(done, written, strict=True):
+        facts = (("file", each.path.name), ("kind", each.kind))
+        show_motion(plane, each.executed, each.certificate, page, f"{each.path.name} on {plane.name}", facts)
+    return written
 
 
 def _line(plane: "FocalPlane", each: "Audit", row: dict[str, Any]) -> str:

@@ -4,6 +4,7 @@ import html
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any
+from urllib.parse import quote
 
 from fiberplan.errors import FiberplanError
 from fiberplan.tables.atomic import write_whole
@@ -37,8 +38,8 @@ def night_report(title: str, rows: Sequence[Mapping[str, Any]], path: str | os.P
 
     Args:
         title: what was audited, at which margin.
-        rows: a mapping a file: `file` and `ok`, then the columns of the page by their headings, and `findings` and
-            `notes`, each a list of lines.
+        rows: a mapping a file: `file` and `ok`, then the columns of the page by their headings, `findings` and `notes`,
+            each a list of lines, and `page`, the address of its own page, if it has one.
         path: of the page.
 
     Raises:
@@ -66,8 +67,11 @@ def night_report(title: str, rows: Sequence[Mapping[str, Any]], path: str | os.P
 def _row(row: Mapping[str, Any]) -> str:
     cells = [_cell(head, row.get(head, "")) for head in _HEADS[3:]]
     verdict = ("safe", "safe") if row["ok"] else ("unsafe", "NOT SAFE")
+    file = _text(row["file"])
+    if "page" in row:
+        file = f"<a href='{_text(quote(row['page']))}'>{file}</a>"
     return (
-        f"<tr><th scope='row'>{_text(row['file'])}</th><td>{_text(row['kind'])}</td>"
+        f"<tr><th scope='row'>{file}</th><td>{_text(row['kind'])}</td>"
         f"<td class='{verdict[0]}'>{verdict[1]}</td>{''.join(cells)}</tr>"
     )
 

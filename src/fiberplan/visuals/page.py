@@ -32,6 +32,7 @@ SCRIPTS = (
     "colouring.js",
     "view.js",
     "marks.js",
+    "targets.js",
     "scene.js",
     "strips.js",
     "timeline.js",

@@ -8,7 +8,8 @@ const FEW = 6; // so many different priorities have a colour each
 
 const COLOURINGS = {
   outcome(model) {
-    const classes = model.outcomes.map((outcome) => ({ ...outcome, colour: outcome.key, hollow: outcome.key === "offline" }));
+    const looks = ({ key }) => ({ colour: key, hollow: key === "offline" });
+    const classes = model.outcomes.map((outcome) => ({ ...outcome, ...looks(outcome) }));
     return { classes, of: model.outcome };
   },
 
@@ -19,7 +20,8 @@ const COLOURINGS = {
       return k < edges.length ? `${tidy(edges[k - 1])} to ${tidy(edges[k])} mm` : `above ${tidy(edges[k - 1])} mm`;
     };
     const ramp = ["contact", "ramp-5", "ramp-4", "ramp-3", "ramp-2", "ramp-1", "ramp-0"];
-    const classes = ramp.map((colour, k) => ({ label: label(k), colour, meaning: "smallest clearance of the whole motion" }));
+    const meaning = "smallest clearance of the whole motion";
+    const classes = ramp.map((colour, k) => ({ label: label(k), colour, meaning }));
     const of = Uint8Array.from(model.proven, (gap) => edges.filter((edge) => gap >= edge).length);
     return { classes, of };
   },
@@ -41,9 +43,13 @@ const COLOURINGS = {
     const sorted = Array.from(model.priority).sort((a, b) => a - b), different = [...new Set(sorted)];
     const quantile = (k) => sorted[Math.min(sorted.length - 1, Math.floor((k * sorted.length) / FEW))];
     const lows = different.length <= FEW ? different : [...new Set(Array.from({ length: FEW }, (_, k) => quantile(k)))];
-    const label = (k) => (different.length <= FEW ? tidy(lows[k]) : k + 1 < lows.length ? `${tidy(lows[k])} to ${tidy(lows[k + 1])}` : `from ${tidy(lows[k])}`);
+    const label = (k) => {
+      if (different.length <= FEW) return tidy(lows[k]);
+      return k + 1 < lows.length ? `${tidy(lows[k])} to ${tidy(lows[k + 1])}` : `from ${tidy(lows[k])}`;
+    };
     const shade = (k) => "ramp-" + Math.round((5 * k) / Math.max(1, lows.length - 1));
-    const classes = lows.map((_, k) => ({ label: "priority " + label(k), colour: shade(k), meaning: "larger matters more" }));
+    const meaning = "larger matters more";
+    const classes = lows.map((_, k) => ({ label: "priority " + label(k), colour: shade(k), meaning }));
     const of = Uint8Array.from(model.priority, (value) => Math.max(0, lows.filter((low) => value >= low).length - 1));
     return { classes, of };
   },

@@ -1,4 +1,4 @@
-// As many points of a shape as can be seen: outlines lose what is smaller than a third of a pixel (Ramer 1972, Douglas &
+// As many points of a shape as can be seen: outlines lose what is smaller than half a pixel (Ramer 1972, Douglas and
 // Peucker 1973). One level of detail serves all scales within a factor of two; each is made when it is first asked for.
 
 const UNSEEN = 0.5; // an outline may be off by this [px]

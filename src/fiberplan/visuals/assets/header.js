@@ -39,7 +39,7 @@ function origin(model) {
 }
 
 function figures(model) {
-  const { arrived, certificate } = model, losses = model.lost.length;
+  const { arrived, certificate } = model, losses = model.lost?.length;
   const figure = (name, value, unit, kind) => {
     const number = element("dd", {}, value, element("small", {}, unit));
     return element("div", kind ? { class: kind } : {}, element("dt", {}, name), number);
@@ -48,8 +48,8 @@ function figures(model) {
   return element(
     "dl",
     { class: "figures" },
-    figure("arrived", String(arrived), " of " + (arrived + losses)),
-    figure("lost", String(losses), "", losses ? "lost" : ""),
+    arrived !== undefined && figure("arrived", String(arrived), " of " + (arrived + losses)),
+    arrived !== undefined && figure("lost", String(losses), "", losses ? "lost" : ""),
     figure("duration", model.duration.toFixed(1), " s"),
     certificate.smallest !== null &&
       figure(least, proven(certificate.smallest).slice(0, -3), " mm", certificate.ok ? "" : "bad"),

@@ -30,9 +30,11 @@ const ORDERS = {
 
 // Who is not at its target and why, by cause. Pressing one shows it together with those in its way.
 function fillLosses(model, actions, order = "priority") {
+  if (!model.lost) return fill("losses"); // a motion without targets
   const { losses } = model, compare = ORDERS[order][1];
   const names = new Intl.Collator("en", { numeric: true });
-  const sorted = [...losses].sort((a, b) => compare(a, b) || names.compare(model.ids[a.positioner], model.ids[b.positioner]));
+  const byId = (a, b) => names.compare(model.ids[a.positioner], model.ids[b.positioner]);
+  const sorted = [...losses].sort((a, b) => compare(a, b) || byId(a, b));
   const causes = [...new Set(sorted.map(({ group }) => group))];
   const groups = causes.map((cause) => {
     const members = sorted.filter(({ group }) => group === cause);
@@ -44,7 +46,7 @@ function fillLosses(model, actions, order = "priority") {
       ...capped(members.map((loss) => lossItem(model, loss, actions))),
     );
   });
-  const none = groups.length ? null : model.arrived ? "None: every target is reached." : "None: no target was asked for.";
+  const none = model.arrived ? "None: every target is reached." : "None: no target was asked for.";
   const choices = Object.entries(ORDERS).map(([key, [words]]) =>
     element("option", { value: key, selected: key === order }, words),
   );
@@ -55,9 +57,11 @@ function fillLosses(model, actions, order = "priority") {
   fill(
     "losses",
     heading(`Lost targets (${model.lost.length})`),
-    losses.length > 1 ? element("label", { class: "order" }, "Order ", element("select", { onchange: choose }, ...choices)) : null,
+    losses.length > 1
+      ? element("label", { class: "order" }, "Order ", element("select", { onchange: choose }, ...choices))
+      : null,
     ...groups,
-    none && element("p", {}, none),
+    groups.length ? null : element("p", {}, none),
   );
 }
 
@@ -88,7 +92,8 @@ function fillHits(model, text, actions) {
         .map(([, i]) => i)
     : [];
   const rows = hits.slice(0, 8).map((i) => element("li", {}, button(named(model, i), () => actions.goTo(i))));
-  if (wanted && !hits.length) rows.push(element("li", {}, "No positioner of that name. ", button("Clear search", () => actions.clearSearch())));
+  const clear = () => button("Clear search", () => actions.clearSearch());
+  if (wanted && !hits.length) rows.push(element("li", {}, "No positioner of that name. ", clear()));
   if (hits.length > 8) rows.push(element("li", {}, `and ${hits.length - 8} more`));
   fill("hits", ...rows);
   return hits[0] ?? null;

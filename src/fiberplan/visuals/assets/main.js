@@ -45,12 +45,14 @@ function draw() {
 function showNearest() {
   const model = here(), { times, first, second } = model.clearances, node = byId("nearest"), now = timeline.time;
   const k = times.length ? stepBefore(times, now) : -1;
-  const pairs = [k, k + 1].filter((m) => m >= 0 && m < times.length && first[m] !== second[m]).map((m) => [first[m], second[m]]);
+  const there = (m) => m >= 0 && m < times.length && first[m] !== second[m];
+  const pairs = [k, k + 1].filter(there).map((m) => [first[m], second[m]]);
   const gaps = pairs.map((pair) => armToArm(...pair.map((arm) => solidsNow(model, arm))).gap);
   const best = gaps.indexOf(Math.min(...gaps));
   node.hidden = best < 0;
   if (node.hidden) return;
-  node.textContent = `closest: ${millimetres(gaps[best])}, ${pairs[best].map((arm) => model.armName(arm)).join(" and ")}`;
+  const names = pairs[best].map((arm) => model.armName(arm)).join(" and ");
+  node.textContent = `closest: ${millimetres(gaps[best])}, ${names}`;
   node.onclick = () => actions.pair({ pair: pairs[best], time: now });
 }
 
@@ -68,7 +70,8 @@ function showTip() {
 }
 
 function remember() {
-  writeLink(timeline.time, [state.selected, ...state.kept].filter((id, k, all) => id && all.indexOf(id) === k), state.colour, state.active);
+  const ids = new Set([state.selected, ...state.kept].filter((id) => id !== null));
+  writeLink(timeline.time, [...ids], state.colour, state.active);
 }
 
 const lettered = (model) => (models.length > 1 ? " " + "AB"[models.indexOf(model)] : "");
@@ -200,7 +203,8 @@ function makePane(model, m) {
     click(event) {
       const arm = under(event.offsetX, event.offsetY), id = arm === null || arm < 0 ? null : model.ids[arm];
       if (state.active !== m) actions.activate(m);
-      if (event.shiftKey && state.selected !== null && id !== null && !state.kept.includes(state.selected)) actions.keep(state.selected);
+      const keeps = event.shiftKey && state.selected !== null && id !== null;
+      if (keeps && !state.kept.includes(state.selected)) actions.keep(state.selected);
       actions.select(id);
     },
   });
@@ -210,7 +214,7 @@ function makePane(model, m) {
 function follow({ t, ids, colour, plan }) {
   if (plan !== undefined && plan < models.length) actions.activate(plan);
   if (t !== undefined) timeline.seek(t);
-  const known = (ids ?? []).filter((id) => models.some((model) => model.index.has(id)));
+  const known = (ids ?? []).map((id) => models.map((model) => model.known(id)).find(Boolean)).filter(Boolean);
   if (known.length) [state.selected, ...state.kept] = known;
   if (colour !== undefined && colour !== state.colour) actions.colour(colour);
   chosen();
@@ -225,7 +229,8 @@ timeline.colour = panes[0].scene.colour;
 timeline.font = panes[0].scene.font;
 timeline.add("moves", movingStrip(models));
 timeline.add("clearances", clearanceStrip(models));
-const curves = () => panes.flatMap(({ model, scene }) => scene.marks.chosen().map((i) => ({ model, i, letter: lettered(model) }))).slice(0, CURVES.length);
+const curvesOf = ({ model, scene }) => scene.marks.chosen().map((i) => ({ model, i, letter: lettered(model) }));
+const curves = () => panes.flatMap(curvesOf).slice(0, CURVES.length);
 timeline.add("angles", jointStrip(curves, false));
 timeline.add("speeds", jointStrip(curves, true));
 timeline.onRest = remember;

@@ -16,12 +16,14 @@ class Marks {
   // Indices of the selected positioner and of those that are kept.
   chosen() {
     const { model, state } = this.scene;
-    return [...new Set([state.selected, ...state.kept])].map((id) => model.index.get(id)).filter((i) => i !== undefined);
+    const ids = [...new Set([state.selected, ...state.kept])];
+    return ids.map((id) => model.index.get(id)).filter((i) => i !== undefined);
   }
 
   outlines(focus) {
     const { scene } = this, { model, state } = scene, ink = scene.colour("ink");
-    if (focus !== null) model.blockersOf(focus).forEach((arm) => this.outline(arm, scene.colour("contact"), undefined, 4));
+    const blame = (arm) => this.outline(arm, scene.colour("contact"), undefined, 4);
+    if (focus !== null) model.blockersOf(focus).forEach(blame);
     for (const i of this.chosen()) this.outline(i, ink);
     const hovered = state.hovered?.model === model ? state.hovered.arm : null;
     if (hovered !== null) this.outline(hovered, ink);
@@ -50,7 +52,8 @@ class Marks {
     const seen = this.contacts.filter(({ pair }) => pair.some((arm) => arm < 0 || scene.visible[arm]));
     const margin = model.certificate.margin;
     const close = seen.filter(({ pair }) => armToArm(...pair.map((arm) => solidsNow(model, arm))).gap < margin);
-    for (const arm of new Set(close.flatMap(({ pair }) => pair))) this.outline(arm, scene.colour("ink"), scene.colour("contact"));
+    const red = scene.colour("contact");
+    for (const arm of new Set(close.flatMap(({ pair }) => pair))) this.outline(arm, scene.colour("ink"), red);
     for (const contact of seen) {
       const px = view.right(contact.x), py = view.down(contact.y);
       const r = (close.includes(contact) ? 13 : 9) * (few ? 1 : 0.6);

@@ -49,6 +49,13 @@ class Model {
     return arm >= 0 ? this.ids[arm] : this.obstacles[-1 - arm]?.name ?? "obstacle " + (-1 - arm);
   }
 
+  // The id of what an address calls a positioner: its id, also with the blank that becomes of a plus sign there, or its
+  // second name; undefined if there is none.
+  known(name) {
+    const alias = this.aliases?.indexOf(name) ?? -1;
+    return [name, name.replaceAll(" ", "+")].find((id) => this.index.has(id)) ?? this.ids[alias];
+  }
+
   // Middle and size of the place where an arm is at work.
   placeOf(arm) {
     if (arm >= 0) return [this.base[2 * arm], this.base[2 * arm + 1], this.reach[arm]];

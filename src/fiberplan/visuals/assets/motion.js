@@ -31,7 +31,8 @@ class Motion {
     const found = {}, { angles, offsets } = this.model;
     this.locate(i, t, offsets[i], found);
     const k = found.knot, next = Math.min(k + 1, offsets[i + 1] - 1);
-    return [0, 1].map((joint) => angles[2 * k + joint] + found.part * (angles[2 * next + joint] - angles[2 * k + joint]));
+    const between = (a, b) => a + found.part * (b - a);
+    return [0, 1].map((joint) => between(angles[2 * k + joint], angles[2 * next + joint]));
   }
 
   moveTo(t) {

@@ -47,22 +47,36 @@ function fillShapes(model) {
       element("b", {}, name),
       count > 1 ? ` (${count})` : null,
       meets.length ? " keeps the margin from " + meets.join(", ") : " can touch nothing",
-      over.length ? element("span", { class: "over" }, `; may lie over or under ${over.join(", ")}: not tested, being at another height or out of reach`) : null,
+      over.length ? "; may lie over or under " + over.join(", ") : null,
     ),
   );
-  fill("shapes", rows.length ? heading("Shapes and heights") : null, element("ul", { class: "notes" }, ...rows));
+  const crossing = model.heights.some(({ over }) => over.length);
+  const why = "What may lie over or under another shape is at another height, or out of reach: it is not tested.";
+  const pale = model.obstacles.some(({ over }) => over) ? " Obstacles that parts of arms may lie over are pale." : "";
+  fill(
+    "shapes",
+    rows.length ? heading("Shapes and heights") : null,
+    element("ul", { class: "notes" }, ...rows),
+    crossing ? element("p", { class: "key" }, why + pale) : null,
+  );
 }
 
 // Idle positioners that end elsewhere than they were wished to: no target is lost by it.
 function fillDisplaced(model, actions) {
   const rows = model.displaced.map(({ positioner, cause }) =>
-    element("div", { class: "item" }, button(model.ids[positioner], () => actions.goTo(positioner)), element("p", {}, cause)),
+    element(
+      "div",
+      { class: "item" },
+      button(model.ids[positioner], () => actions.goTo(positioner)),
+      element("p", {}, cause),
+    ),
   );
   fill("displaced", rows.length ? heading(`Idle, elsewhere than recorded (${rows.length})`) : null, ...capped(rows));
 }
 
 // What set the duration, and how smooth the motion is.
 function fillDiagnosis(model, actions) {
+  if (!model.diagnosis) return fill("diagnosis");
   const { boundBy, slowest, pairBounds, reversals } = model.diagnosis;
   const seconds = (t) => (t === null ? "never" : t.toFixed(2) + " s");
   const who = ({ positioner }) => button(model.ids[positioner], () => actions.goTo(positioner));
@@ -91,19 +105,17 @@ function fillAbout(model) {
   const { certificate } = model, [a, b] = certificate.pair ?? [];
   fill(
     "about",
-    heading("About this plan"),
+    heading(model.planner ? "About this plan" : "About this motion"),
     facts([
-      ["planner", model.planner],
-      ...model.parameters,
-      ["seed", String(model.seed)],
-      ["lower bound", model.lowerBound.toFixed(2) + " s"],
+      ...(model.planner ? [["planner", model.planner], ...model.parameters, ["seed", String(model.seed)]] : []),
+      ["lower bound", model.lowerBound === undefined ? null : model.lowerBound.toFixed(2) + " s"],
       ["margin", millimetres(model.margin)],
       ["smallest clearance", certificate.smallest === null ? null : "\u2265 " + proven(certificate.smallest)],
       ["between", certificate.pair ? model.armName(a) + " and " + model.armName(b) : null],
       ["clock error allowed", certificate.jitter ? certificate.jitter + " s" : null],
       ["position error allowed", certificate.positionError ? certificate.positionError + " mm" : null],
       ["contacts at rest", certificate.resting.length ? String(certificate.resting.length) : null],
-      ...Object.entries(model.timings).map(([stage, seconds]) => ["time: " + stage, seconds.toFixed(3) + " s"]),
+      ...Object.entries(model.timings ?? {}).map(([stage, seconds]) => ["time: " + stage, seconds.toFixed(3) + " s"]),
     ]),
     ...certificate.resting.map(({ pair }) => {
       const names = pair.map((arm) => model.armName(arm)).join(" and ");

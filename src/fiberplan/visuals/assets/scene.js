@@ -47,9 +47,9 @@ class Scene {
     this.colouring.members.forEach((members, k) => this.arms(members, k));
     this.marks.outlines(focus);
     ink.setTransform(1, 0, 0, 1, 0, 0);
-    ink.drawImage(this.layer("targets", ratio, () => this.targets()), 0, 0);
+    ink.drawImage(this.layer("targets", ratio, () => drawTargets(this)), 0, 0);
     ink.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.leashes();
+    drawLeashes(this);
     this.marks.draw(focus);
     this.empty = !model.boxes.some((box) => this.sees(box)) && !this.seesArms();
   }
@@ -64,7 +64,8 @@ class Scene {
         for (const [x, y] of points) widen(seen, x - radius, y - radius, x + radius, y + radius);
       }
       for (const at of [0, 2]) widen(seen, frame[at], frame[at + 1], frame[at], frame[at + 1]);
-      return this.sees(seen) || (model.hasGoal(i) && this.sees([goal[2 * i], goal[2 * i + 1], goal[2 * i], goal[2 * i + 1]]));
+      const [x, y] = goal.subarray(2 * i, 2 * i + 2);
+      return this.sees(seen) || this.sees([x, y, x, y]); // no comparison holds for a target that is not a number
     };
     for (let i = 0; i < model.n; i++) if (visible[i] && inView(i)) return true;
     return false;
@@ -100,7 +101,8 @@ class Scene {
 
   sees([left, bottom, right, top]) {
     const { view } = this;
-    return view.right(right) > 0 && view.right(left) < view.width && view.down(bottom) > 0 && view.down(top) < view.height;
+    const beside = view.right(right) > 0 && view.right(left) < view.width;
+    return beside && view.down(bottom) > 0 && view.down(top) < view.height;
   }
 
   stroke(width, colour, path) {
@@ -122,7 +124,7 @@ class Scene {
     this.stroke(2 * radius * view.scale + extra, colour, path);
   }
 
-  // Paper, and what is fixed to the focal plane; what arms may lie over is hatched with paper.
+  // Paper, and what is fixed to the focal plane; what parts of arms may lie over is pale.
   ground() {
     const { ink, view, model } = this;
     ink.fillStyle = this.colour("paper");
@@ -130,14 +132,10 @@ class Scene {
     model.obstacles.forEach((obstacle, k) => {
       if (!this.sees(model.boxes[k])) return;
       const [solid] = solidsNow(model, -1 - k);
+      ink.globalAlpha = obstacle.over ? 0.45 : 1;
       this.solid(solid, this.colour("obstacle"));
-      if (!obstacle.over || (2 * obstacle.radius[0] + 1) * view.scale < 4) return;
-      ink.setLineDash([2, 5]);
-      ink.lineCap = "butt";
-      this.solid({ ...solid, radius: 0.7 * solid.radius, shape: { ...obstacle, closed: false } }, this.colour("paper"));
-      ink.lineCap = "round";
-      ink.setLineDash([]);
     });
+    ink.globalAlpha = 1;
   }
 
   alphaLinks() {
@@ -196,10 +194,12 @@ class Scene {
 
   // Add a body's skeleton to the path; a lone point becomes a dash too short to see, whose round ends make the disc.
   trace(body, { points, first }, i, close) {
-    const { ink, view } = this, { frames } = this.model.motion, { scale } = view, at = FRAME * i, row = body.shared ? 0 : i;
+    const { ink, view } = this, { frames } = this.model.motion, { scale } = view;
+    const at = FRAME * i, row = body.shared ? 0 : i;
     const origin = at + ORIGIN[body.link], turn = at + TURN[body.link];
     const c = body.link ? frames[turn] * scale : scale, s = body.link ? frames[turn + 1] * scale : 0;
-    const px = view.width / 2 + (frames[origin] - view.x) * scale, py = view.height / 2 - (frames[origin + 1] - view.y) * scale;
+    const px = view.width / 2 + (frames[origin] - view.x) * scale;
+    const py = view.height / 2 - (frames[origin + 1] - view.y) * scale;
     const begin = first[row], end = first[row + 1];
     for (let k = begin; k < end; k++) {
       const u = points[2 * k], v = points[2 * k + 1], right = px + c * u - s * v, down = py - s * u - c * v;
@@ -221,49 +221,6 @@ class Scene {
     }
     ink.fillStyle = this.colour("paper");
     ink.fill();
-  }
-
-  // Targets: a thin ring (a speck from afar), or a bold cross where the target is lost.
-  targets() {
-    const { ink, view, model, visible } = this, afar = view.scale < 1.5, rings = new Path2D(), r = Math.min(7, 0.7 * view.scale);
-    ink.fillStyle = this.colour("ink");
-    const there = (i) => [view.right(model.goal[2 * i]), view.down(model.goal[2 * i + 1])];
-    for (let i = 0; i < model.n; i++) {
-      if (!visible[i] || !model.hasGoal(i) || model.isLost(i) || !(this.isShown(i) || this.colouring.update)) continue;
-      const [px, py] = there(i);
-      if (afar) ink.fillRect(px - 0.5, py - 0.5, 1, 1);
-      else {
-        rings.moveTo(px + r, py);
-        rings.arc(px, py, r, 0, 2 * Math.PI);
-      }
-    }
-    if (!afar) this.stroke(view.scale > 2.5 ? 1.3 : 0.9, this.colour("ink"), rings);
-    for (const { positioner: i } of model.losses) {
-      if (!visible[i] || !model.hasGoal(i) || !model.isLost(i)) continue;
-      const [px, py] = there(i), cross = new Path2D(), arm = Math.min(7, Math.max(4.5, 0.7 * view.scale));
-      for (const side of [-1, 1]) {
-        cross.moveTo(px - arm, py - side * arm);
-        cross.lineTo(px + arm, py + side * arm);
-      }
-      ink.globalAlpha = this.isShown(i) ? 1 : 0.1;
-      this.stroke(6, this.colour("paper"), cross);
-      this.stroke(2.8, this.colour(model.outcomeOf(i).key), cross);
-    }
-    ink.globalAlpha = 1;
-  }
-
-  // A dotted line from each lost target to the fiber that was to go there.
-  leashes() {
-    const { ink, view, model } = this;
-    ink.setLineDash([1, 4]);
-    for (const { positioner: i } of model.losses) {
-      if (!this.visible[i] || !model.hasGoal(i) || !model.isLost(i) || !this.isShown(i)) continue;
-      ink.beginPath();
-      ink.moveTo(view.right(model.motion.fibers[2 * i]), view.down(model.motion.fibers[2 * i + 1]));
-      ink.lineTo(view.right(model.goal[2 * i]), view.down(model.goal[2 * i + 1]));
-      this.stroke(1.8, this.colour(model.outcomeOf(i).key));
-    }
-    ink.setLineDash([]);
   }
 
   patrol(i) {

@@ -2,6 +2,7 @@
 
 function describe(model, arm, scene) {
   if (arm < 0) return describeObstacle(model, model.obstacles[-1 - arm], arm);
+  const { classes, of } = scene.colouring;
   const near = nearest(model, arm), outcome = model.outcomeOf(arm), { angles } = model.motion;
   const to = (gap, other) => `${gap} to ${model.armName(other)}`;
   const nearby = near.arm === null ? "no neighbour" : to(millimetres(near.gap), near.arm);
@@ -10,7 +11,7 @@ function describe(model, arm, scene) {
     : null;
   const part = model.motion.progress(arm), blockers = model.blockersOf(arm);
   return [
-    element("div", { class: "name" }, element("span", {}, named(model, arm)), swatch(scene.colouring.classes[scene.colouring.of[arm]])),
+    element("div", { class: "name" }, element("span", {}, named(model, arm)), swatch(classes[of[arm]])),
     element("p", { class: "why" }, outcome.label + (model.lossOf.has(arm) ? ": " + model.causeOf(arm) : "")),
     facts([
       ["alpha", degrees(angles[2 * arm])],
@@ -42,7 +43,8 @@ class Selected {
 
   // The buttons outlive a frame, so that they can be pressed while the plan plays.
   show(model, scene) {
-    const { state, actions } = this, i = model.index.get(state.selected), key = JSON.stringify([state.selected, state.kept]);
+    const { state, actions } = this, i = model.index.get(state.selected);
+    const key = JSON.stringify([state.selected, state.kept]);
     this.node.hidden = i === undefined;
     if (i === undefined) return (this.told = null);
     if (this.told?.key !== key || this.told.model !== model) {

@@ -87,16 +87,19 @@ class Strip {
   }
 }
 
-const letters = (models, strip) => models.length > 1 && models.forEach((_, m) => strip.note("AB"[m], 11, "left", CURVES[m]));
+function letters(models, strip) {
+  if (models.length > 1) models.forEach((_, m) => strip.note("AB"[m], 11, "left", CURVES[m]));
+}
 
 // How many positioners move; of two plans, the second is dashed.
 function movingStrip(models) {
   const counts = models.map((model) => model.moves);
   return (strip) => {
     [strip.low, strip.high] = [0, Math.max(1, ...counts.map(({ most }) => most))];
-    counts.forEach(({ times, counts: values }, m) =>
-      strip.curve([...times, models[m].end], [...values, 0], CURVES[m], { steps: true, fill: !m, dash: m ? [4, 3] : [] }),
-    );
+    counts.forEach(({ times, counts: values }, m) => {
+      const look = { steps: true, fill: !m, dash: m ? [4, 3] : [] };
+      strip.curve([...times, models[m].end], [...values, 0], CURVES[m], look);
+    });
     strip.note("moving", 11, "left");
     letters(models, strip);
   };
@@ -127,7 +130,8 @@ function clearanceStrip(models) {
 function jointStrip(chosen, speeds) {
   return (strip) => {
     const who = chosen();
-    const curves = who.flatMap(({ model, i }, k) => [0, 1].map((joint) => ({ joint, k, ...jointCurve(model, i, joint, speeds) })));
+    const both = ({ model, i }, k) => [0, 1].map((joint) => ({ joint, k, ...jointCurve(model, i, joint, speeds) }));
+    const curves = who.flatMap(both);
     const values = curves.flatMap((curve) => curve.values);
     [strip.low, strip.high] = [Math.min(0, ...values), Math.max(...values, Math.min(0, ...values) + 1)];
     if (speeds) strip.level(0, "line");
@@ -143,7 +147,8 @@ function jointStrip(chosen, speeds) {
 
 // Times [s] and angles [deg], or speeds [deg/s] from each knot on, of one joint.
 function jointCurve(model, i, joint, speeds) {
-  const { times, angles, offsets, end } = model, first = offsets[i], last = offsets[i + 1] - 1, out = { times: [], values: [] };
+  const { times, angles, offsets, end } = model, first = offsets[i], last = offsets[i + 1] - 1;
+  const out = { times: [], values: [] };
   const degree = 180 / Math.PI, at = (k) => angles[2 * k + joint] * degree;
   const add = (t, value) => {
     out.times.push(t);

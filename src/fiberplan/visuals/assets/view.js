@@ -12,7 +12,8 @@ class View {
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     canvas.addEventListener("pointerdown", (event) => this.press(hand, event));
     canvas.addEventListener("pointermove", (event) => this.drag(hand, event));
-    for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, (event) => this.release(hand, event));
+    const release = (event) => this.release(hand, event);
+    for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, release);
     canvas.addEventListener("pointerleave", () => heard.leave());
     this.canvases.push(canvas);
     new ResizeObserver(() => this.resize()).observe(canvas);
