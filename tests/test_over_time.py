@@ -37,6 +37,14 @@ def test_bounds_hold_between_the_edges_and_are_sharp(plan):
     assert np.all((found.clearance >= sampled - TOLERANCE - 0.02)[:, two][near[:, two]])
 
 
+def test_some_pairs_alone(plan):
+    plane, times = plan.problem.plane, np.linspace(0.0, plan.makespan, 4)
+    every = clearance_over_time(plane, plan.trajectory, times, plan.problem.margin)
+    some = clearance_over_time(plane, plan.trajectory, times, plan.problem.margin, pairs=every.pairs[[3, -1]])
+    assert np.array_equal(some.pairs, every.pairs[[3, -1]])
+    assert np.array_equal(some.clearance, every.clearance[:, [3, -1]])
+
+
 def test_two_that_cannot_move_are_left_out(plan):
     plane = plan.problem.plane
     nobody = plane.replace(online=np.zeros(plane.n, bool))

@@ -11,6 +11,7 @@ from fiberplan.certificates import clearance_over_time
 from fiberplan.focal_plane.joint_space import AVOIDED, FREE, JointSpace
 from fiberplan.focal_plane.joint_space import joint_space as blocked_space
 from fiberplan.plan import Plan
+from fiberplan.plan.closest import pair_bounds
 from fiberplan.visuals import style
 from fiberplan.visuals.canvas import WIDE, blank, keyed, titled
 from fiberplan.visuals.figures.arrays import moment
@@ -69,11 +70,12 @@ def joint_space(
 def closest_moment(plan: Plan, i: int) -> float:
     """About when positioner `i` is closest to anybody else [s]; half way if nobody comes near."""
     edges = np.linspace(0.0, max(plan.makespan, 1e-9), _SLICES + 1)
-    _, pairs, bounds = clearance_over_time(plan.problem.plane, plan.trajectory, edges, plan.problem.margin)
-    mine = bounds[:, (pairs == i).any(axis=1)]
-    if not mine.size:
+    pairs, _ = pair_bounds(plan)
+    mine = pairs[(pairs == i).any(axis=1)]
+    bounds = clearance_over_time(plan.problem.plane, plan.trajectory, edges, plan.problem.margin, pairs=mine).clearance
+    if not bounds.size:
         return plan.makespan / 2
-    k = int(np.argmin(mine.min(axis=1)))
+    k = int(np.argmin(bounds.min(axis=1)))
     return float((edges[k] + edges[k + 1]) / 2)
 
 
