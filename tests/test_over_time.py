@@ -18,6 +18,7 @@ def plan():
     return small_plan(touching=True)
 
 
+@pytest.mark.large
 def test_bounds_hold_between_the_edges_and_are_sharp(plan):
     plane, motion = plan.problem.plane, plan.trajectory
     times = np.linspace(0.0, plan.makespan, 9)

@@ -7,19 +7,21 @@ from matplotlib.axes import Axes
 
 from fiberplan.certificates import clearance_over_time
 from fiberplan.certificates.safety import CAP
+from fiberplan.errors import PlanError
 from fiberplan.plan import Plan
 from fiberplan.plan.closest import pair_bounds
 from fiberplan.visuals import style
 from fiberplan.visuals.canvas import blank, keyed, titled
 from fiberplan.visuals.figures.registry import FIGURES
 
-_SLICES = 160  # of the motion
 _PAIRS = 4  # the closest, drawn by themselves
 _BINS = 40  # of the histogram, up to the last
 
 
 @FIGURES.register("clearance")
-def clearance(plan: Plan, ax: Axes | None = None, positioners: Sequence[str | int] | None = None) -> Axes:
+def clearance(
+    plan: Plan, ax: Axes | None = None, positioners: Sequence[str | int] | None = None, slices: int = 160
+) -> Axes:
     """Draw the least clearance over time: of all pairs, and of the closest ones each.
 
     The motion is cut into slices, in each of which the bound drawn is proven, to 0.01 mm. Pairs that stay farther apart
@@ -29,13 +31,16 @@ def clearance(plan: Plan, ax: Axes | None = None, positioners: Sequence[str | in
         plan: whose motion.
         ax: to draw on; those of a new figure unless given.
         positioners: ids or indices of those whose pairs alone are looked at; everybody unless given.
+        slices: how many parts the motion is cut into.
 
     Raises:
-        PlanError: no such positioner.
+        PlanError: no such positioner, or no slice.
     """
+    if slices < 1:
+        raise PlanError(f"a motion cannot be cut into {slices} slices")
     ax = blank((7.2, 3.8))[1][0] if ax is None else ax
     problem, plane, top = plan.problem, plan.problem.plane, plan.problem.margin + CAP
-    edges = np.linspace(0.0, max(plan.makespan, 1e-9), _SLICES + 1)
+    edges = np.linspace(0.0, max(plan.makespan, 1e-9), slices + 1)
     error = 0.0 if problem.position_error is None else problem.position_error
     pairs, whole = pair_bounds(plan)
     near = whole < top

@@ -26,7 +26,11 @@ _SLICES = 60  # of the motion, to find the closest moment
 
 @FIGURES.register("joint-space")
 def joint_space(
-    plan: Plan, ax: Axes | None = None, positioner: str | int | None = None, time: float | None = None
+    plan: Plan,
+    ax: Axes | None = None,
+    positioner: str | int | None = None,
+    time: float | None = None,
+    cells: int = 360,
 ) -> Axes:
     """Draw where one positioner cannot be at one moment, by whom, and its whole path from start to end.
 
@@ -35,16 +39,18 @@ def joint_space(
         ax: to draw on; those of a new figure unless given.
         positioner: id or index; unless given, one that is worth a look.
         time: the moment [s]; the one at which it is closest to others unless given.
+        cells: along either joint.
 
     Raises:
         PlanError: no such positioner, or a moment outside the motion.
+        InstrumentError: fewer than two cells.
     """
     ax = blank((WIDE, 4.6))[1][0] if ax is None else ax
     problem, plane = plan.problem, plan.problem.plane
     (i,) = chosen(plan, None if positioner is None else [positioner], 1)
     time = closest_moment(plan, i) if time is None else moment(plan, time)
     angles = plan.trajectory.at(time)
-    space = blocked_space(plane, i, angles, problem.margin)
+    space = blocked_space(plane, i, angles, problem.margin, cells)
     edges = [np.degrees(side) for side in (space.alpha[0], space.alpha[-1], space.beta[0], space.beta[-1])]
     pixels, legend = _coloured(plan, space)
     ax.imshow(np.swapaxes(pixels, 0, 1), extent=edges, origin="lower", interpolation="nearest", aspect="auto", zorder=0)
