@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
+from fiberplan.certificates.safety import CAP, TOLERANCE
 from fiberplan.cli.app import run
 from fiberplan.errors import FiberplanError, PlanError
 from fiberplan.plan.closest import closest_pairs
 from fiberplan.plan.diagnosis import stop_times
 from fiberplan.visuals.canvas import blank
-from fiberplan.visuals.figures import FIGURES, draw, joint_space, joints, makespan, snapshots, speeds
+from fiberplan.visuals.figures import FIGURES, clearance, draw, joint_space, joints, makespan, snapshots, speeds
 from fiberplan.visuals.figures.workspaces import possible_contacts
 from test_page import small_plan
 
@@ -20,12 +21,13 @@ KINDS = (
     "focal-plane", "snapshots", "joints", "speeds", "clearance", "histogram", "makespan", "coverage", "multiplicity",
     "joint-space",
 )  # fmt: skip
+MANY_LOOKS = ("clearance", "joint-space")  #: which take long with the compiler off
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return small_plan()
+    return small_plan(touching=True)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,9 @@ def test_kinds_are_the_promised_ones():
     assert {kind.replace("-", "_") for kind in KINDS} <= set(fp.visuals.__all__)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.large] if kind in MANY_LOOKS else []) for kind in KINDS]
+)
 def test_axes_are_labelled_with_units_and_given_back(kind, plan):
     before = dict(matplotlib.rcParams)
     drawn = FIGURES[kind](plan)
@@ -97,9 +101,20 @@ def test_makespan_shows_when_who_stops(plan):
 
 
 def test_joint_space_marks_where_it_is(plan):
-    ax = joint_space(plan, positioner=0, time=plan.makespan)
+    ax = joint_space(plan, positioner=0, time=plan.makespan, cells=7)
     at = [line for line in ax.lines if line.get_label().startswith("at ")]
     assert at[0].get_xydata()[0] == pytest.approx(np.degrees(plan.trajectory.end[0]))
+
+
+def test_clearance_is_no_less_than_the_certificate_says(plan):
+    ax = clearance(plan, slices=2)
+    shown = np.concatenate([part.get_data().values for part in ax.patches])
+    (closest,) = closest_pairs(plan)
+    top = plan.problem.margin + CAP
+    assert np.nanmin(np.append(shown, top)) == pytest.approx(min(closest.clearance, top), abs=2 * TOLERANCE)
+    assert [line.get_label() for line in ax.lines] == [f"margin {plan.problem.margin:g} mm"]
+    with pytest.raises(PlanError, match="cannot be cut into 0 slices"):
+        clearance(plan, slices=0)
 
 
 def test_closest_pairs_are_those_of_the_certificate(plan):

@@ -18,6 +18,7 @@ def plan():
     return small_plan(touching=True)
 
 
+@pytest.mark.large
 def test_bounds_hold_between_the_edges_and_are_sharp(plan):
     plane, motion = plan.problem.plane, plan.trajectory
     times = np.linspace(0.0, plan.makespan, 9)
@@ -35,6 +36,14 @@ def test_bounds_hold_between_the_edges_and_are_sharp(plan):
     near = sampled < plan.problem.margin + CAP
     assert near[:, two].any()
     assert np.all((found.clearance >= sampled - TOLERANCE - 0.02)[:, two][near[:, two]])
+
+
+def test_some_pairs_alone(plan):
+    plane, times = plan.problem.plane, np.linspace(0.0, plan.makespan, 4)
+    every = clearance_over_time(plane, plan.trajectory, times, plan.problem.margin)
+    some = clearance_over_time(plane, plan.trajectory, times, plan.problem.margin, pairs=every.pairs[[3, -1]])
+    assert np.array_equal(some.pairs, every.pairs[[3, -1]])
+    assert np.array_equal(some.clearance, every.clearance[:, [3, -1]])
 
 
 def test_two_that_cannot_move_are_left_out(plan):

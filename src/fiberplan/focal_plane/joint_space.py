@@ -23,7 +23,7 @@ class JointSpace(NamedTuple):
     clearance: np.ndarray  #: (a, b) from the nearest [mm]; inf where nobody can come within the margin
 
 
-def joint_space(plane: FocalPlane, i: int, angles: np.ndarray, margin: float = 0.0, cells: int = 360) -> JointSpace:
+def joint_space(plane: FocalPlane, i: int, angles: np.ndarray, margin: float = 0.0, cells: int = 180) -> JointSpace:
     """What blocks positioner `i` in each of its configurations while all others stand at `angles`.
 
     Args:

@@ -18,17 +18,22 @@ class Close:
     clearance: float  #: proven lower bound [mm]
 
 
-def closest_pairs(plan: "Plan", count: int = 1) -> tuple[Close, ...]:
-    """The `count` pairs of least proven clearance, the closest first.
+def pair_bounds(plan: "Plan") -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (m, 2), obstacle k being -1 - k, and their least clearance over the whole motion, proven (m,) [mm].
 
     Two that cannot move are left out: how they stand is no merit of the plan.
     """
-    plane, certificate = plan.problem.plane, plan.certificate
+    online, certificate = plan.problem.plane.online, plan.certificate
     fixed = np.asarray(certificate.obstacle_pairs).reshape(-1, 2) * [1, -1] - [0, 1]
     pairs = np.concatenate([np.asarray(certificate.pairs).reshape(-1, 2), fixed])
     gaps = np.concatenate([certificate.clearance, certificate.obstacle_clearance])
-    movable = plane.online[pairs[:, 0]] | ((pairs[:, 1] >= 0) & plane.online[pairs[:, 1]])
-    pairs, gaps = pairs[movable], gaps[movable]
+    movable = online[pairs[:, 0]] | ((pairs[:, 1] >= 0) & online[pairs[:, 1]])
+    return pairs[movable], gaps[movable]
+
+
+def closest_pairs(plan: "Plan", count: int = 1) -> tuple[Close, ...]:
+    """The `count` pairs of least proven clearance, the closest first; see `pair_bounds`."""
+    plane, (pairs, gaps) = plan.problem.plane, pair_bounds(plan)
     return tuple(
         Close((int(a), int(b)), (plane.label(int(a)), plane.label(int(b))), float(gap))
         for (a, b), gap in ((pairs[k], gaps[k]) for k in np.argsort(gaps, kind="stable")[:count])

@@ -13,12 +13,20 @@ from fiberplan import __version__
 from fiberplan.errors import FiberplanError
 from fiberplan.reproductions.rows import Row, Shown, ours_in_words, paper_in_words
 from fiberplan.tables.atomic import write_whole
+from fiberplan.visuals import style
 
-_STYLE = """
+_STYLE = (
+    f"""
+:root {{ color: {style.INK.light}; background: {style.PAPER.light} }}
+a {{ color: #0b57d0 }}
+@media (prefers-color-scheme: dark) {{
+:root {{ color: {style.INK.dark}; background: {style.PAPER.dark} }}
+a {{ color: #8ab4f8 }}
+}}
+"""
+    + """
 :root { color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif }
 body { max-width: 84rem; margin: 0 auto; padding: 1rem 1.2rem 4rem }
-a { color: #0b57d0 }
-@media (prefers-color-scheme: dark) { a { color: #8ab4f8 } }
 h2 { margin-top: 3rem; border-bottom: 2px solid #8888 }
 section.figure { display: grid; grid-template-columns: repeat(2, minmax(20rem, 1fr)); gap: 1.5rem; margin: 2rem 0 }
 @media (max-width: 60rem) { section.figure { grid-template-columns: 1fr } }
@@ -30,6 +38,7 @@ tbody th { font-weight: 400 }
 td { white-space: nowrap; font-variant-numeric: tabular-nums }
 .legend { white-space: pre-line; max-width: 60rem }
 """
+)
 
 
 class Paper(NamedTuple):

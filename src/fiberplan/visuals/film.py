@@ -89,8 +89,7 @@ def frames(plan: Plan, times: np.ndarray, speed: float = 1.0, size: int = 1000) 
     canvas = FigureCanvasAgg(figure)
     plane = plan.problem.plane
     draw_fixed(ax, plane)
-    ax.scatter(*plane.fibers(plan.problem.requested).T, s=5, color=style.MUTED.light, linewidths=0, zorder=1)
-    draw_goals(ax, plan, plan.trajectory.end)
+    draw_goals(ax, plan, plan.trajectory.start)
     ax.set_aspect("equal")
     ax.grid(False)
     for (low, high), limit in zip(span(plane).T, (ax.set_xlim, ax.set_ylim), strict=True):

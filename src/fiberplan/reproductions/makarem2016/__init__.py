@@ -21,7 +21,7 @@ FIGURES = {
         "Figs. 4 and 5: assigned and arrived of 1025 positioners", ("uniform targets", "clustered targets")
     ),
     "conflict.png": Shown(
-        "One of five leaves its target to let another pass, six moments",
+        "Tips and necks are at two heights: one of five leaves its target to let another pass, six moments",
         ("positioners: arrived", "positioners: contacts"),
     ),
     "distances.png": Shown("How far the five are from their targets", ("five positioners:",)),

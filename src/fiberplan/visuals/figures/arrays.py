@@ -11,6 +11,7 @@ from matplotlib.patches import Circle, Patch
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome, Plan
+from fiberplan.tolerances import ARRIVAL
 from fiberplan.visuals import style
 from fiberplan.visuals.canvas import WIDE, blank, keyed, keyed_below, titled
 from fiberplan.visuals.figures.registry import FIGURES
@@ -95,7 +96,7 @@ def draw_configuration(
     draw_fixed(ax, plane)
     chosen = slice(None) if who is None else who
     scale = _points_per_mm(ax, plane, who)
-    line, fine = float(np.clip(0.8 * scale, 0.2, 0.8)), float(np.clip(0.2 * scale, 0.0, 0.3))
+    line, fine = float(np.clip(0.8 * scale, 0.2, 1.6)), float(np.clip(0.2 * scale, 0.0, 0.3))
     for links in plane.kinematics.skeleton(plane, angles):
         ax.add_collection(LineCollection(list(links[chosen]), colors=style.MUTED.light, linewidths=line, zorder=2))
     colours = np.array([style.OUTCOMES[outcome].light for outcome in outcomes])
@@ -126,11 +127,12 @@ def draw_fixed(ax: Axes, plane: FocalPlane) -> None:
 
 
 def draw_goals(ax: Axes, plan: Plan, angles: np.ndarray) -> None:
-    """A dot on every target that is reached; a cross on a lost one, and a line to it from the fiber."""
+    """A dot on every target, white where a fiber is at it; a cross on a lost one, and a line to it from the fiber."""
     plane = plan.problem.plane
     goals, fibers = plane.fibers(plan.problem.requested), plane.fibers(angles)
-    kept = plan.having(Outcome.ARRIVED)
-    ax.scatter(*goals[kept].T, s=2, color=style.PAPER.light, linewidths=0, zorder=5)
+    there = np.linalg.norm(fibers - goals, axis=1) <= ARRIVAL
+    ax.scatter(*goals[~there].T, s=4, color=style.MUTED.light, linewidths=0, zorder=1.5)
+    ax.scatter(*goals[there].T, s=2, color=style.PAPER.light, linewidths=0, zorder=5)
     lost = np.array([i for i in plan.lost if np.isfinite(goals[i]).all()], dtype=np.int64)
     if len(lost):
         colours = [style.OUTCOMES[plan.outcomes[i]].light for i in lost]

@@ -7,18 +7,21 @@ from matplotlib.axes import Axes
 
 from fiberplan.certificates import clearance_over_time
 from fiberplan.certificates.safety import CAP
+from fiberplan.errors import PlanError
 from fiberplan.plan import Plan
+from fiberplan.plan.closest import pair_bounds
 from fiberplan.visuals import style
 from fiberplan.visuals.canvas import blank, keyed, titled
 from fiberplan.visuals.figures.registry import FIGURES
 
-_SLICES = 160  # of the motion
 _PAIRS = 4  # the closest, drawn by themselves
 _BINS = 40  # of the histogram, up to the last
 
 
 @FIGURES.register("clearance")
-def clearance(plan: Plan, ax: Axes | None = None, positioners: Sequence[str | int] | None = None) -> Axes:
+def clearance(
+    plan: Plan, ax: Axes | None = None, positioners: Sequence[str | int] | None = None, slices: int = 160
+) -> Axes:
     """Draw the least clearance over time: of all pairs, and of the closest ones each.
 
     The motion is cut into slices, in each of which the bound drawn is proven, to 0.01 mm. Pairs that stay farther apart
@@ -28,27 +31,33 @@ def clearance(plan: Plan, ax: Axes | None = None, positioners: Sequence[str | in
         plan: whose motion.
         ax: to draw on; those of a new figure unless given.
         positioners: ids or indices of those whose pairs alone are looked at; everybody unless given.
+        slices: how many parts the motion is cut into.
 
     Raises:
-        PlanError: no such positioner.
+        PlanError: no such positioner, or no slice.
     """
+    if slices < 1:
+        raise PlanError(f"a motion cannot be cut into {slices} slices")
     ax = blank((7.2, 3.8))[1][0] if ax is None else ax
     problem, plane, top = plan.problem, plan.problem.plane, plan.problem.margin + CAP
-    edges = np.linspace(0.0, max(plan.makespan, 1e-9), _SLICES + 1)
+    edges = np.linspace(0.0, max(plan.makespan, 1e-9), slices + 1)
     error = 0.0 if problem.position_error is None else problem.position_error
-    pairs, bounds = clearance_over_time(plane, plan.trajectory, edges, problem.margin, error)[1:]
+    pairs, whole = pair_bounds(plan)
+    near = whole < top
     if positioners is not None:
-        mine = np.isin(pairs, [plan[key].index for key in positioners]).any(axis=1)
-        pairs, bounds = pairs[mine], bounds[:, mine]
-    bounds = np.maximum(bounds, _of_the_whole(plan, pairs))
+        near &= np.isin(pairs, [plan[key].index for key in positioners]).any(axis=1)
+    pairs, whole = pairs[near], whole[near]
+    bounds = clearance_over_time(plane, plan.trajectory, edges, problem.margin, error, pairs).clearance
+    bounds = np.maximum(bounds, whole)
     least = bounds.min(axis=0, initial=np.inf)
+    everybody = np.minimum(bounds.min(axis=1, initial=np.inf), top)
+    line = np.where(everybody < top, everybody, np.nan)
+    ax.stairs(line, edges, baseline=None, color=style.OBSTACLE.light, linewidth=3.6, label="closest of all")
     for n, k in enumerate(np.argsort(least, kind="stable")[:_PAIRS]):
         a, b = (plane.label(int(i)) for i in pairs[k])
         colour = style.SERIES[n + 1]
         near = np.where(bounds[:, k] < top, bounds[:, k], np.nan)
         ax.stairs(near, edges, baseline=None, color=colour, linewidth=1.1, label=f"{a} and {b}: {_down(least[k])} mm")
-    everybody = np.minimum(bounds.min(axis=1, initial=np.inf), top)
-    ax.stairs(everybody, edges, baseline=None, color=style.INK.light, linewidth=1.4, label="closest of all")
     _mark(ax.axhline, problem.margin)
     low = float(min(everybody.min(), problem.margin))
     ax.set_ylim(low - 0.05 * (top - low), top)
@@ -89,15 +98,6 @@ def histogram(plan: Plan, ax: Axes | None = None) -> Axes:
     titled(ax, title, "proven least clearance of a pair [mm]", "pairs")
     keyed(ax, loc="upper left", bbox_to_anchor=(0.0, -0.15), fontsize=8)
     return ax
-
-
-def _of_the_whole(plan: Plan, pairs: np.ndarray) -> np.ndarray:
-    """(m,) what the certificate proves of each of `pairs` (m, 2) for all the time; -inf where it says nothing."""
-    certificate = plan.certificate
-    said = {(int(a), int(b)): gap for (a, b), gap in zip(certificate.pairs, certificate.clearance, strict=True)}
-    fixed = zip(certificate.obstacle_pairs, certificate.obstacle_clearance, strict=True)
-    said |= {(int(a), -1 - int(b)): gap for (a, b), gap in fixed}
-    return np.array([said.get((int(a), int(b)), -np.inf) for a, b in pairs])
 
 
 def _mark(line: Callable[..., object], margin: float) -> None:

@@ -11,6 +11,7 @@ from fiberplan.certificates import clearance_over_time
 from fiberplan.focal_plane.joint_space import AVOIDED, FREE, JointSpace
 from fiberplan.focal_plane.joint_space import joint_space as blocked_space
 from fiberplan.plan import Plan
+from fiberplan.plan.closest import pair_bounds
 from fiberplan.visuals import style
 from fiberplan.visuals.canvas import WIDE, blank, keyed, titled
 from fiberplan.visuals.figures.arrays import moment
@@ -25,7 +26,11 @@ _SLICES = 60  # of the motion, to find the closest moment
 
 @FIGURES.register("joint-space")
 def joint_space(
-    plan: Plan, ax: Axes | None = None, positioner: str | int | None = None, time: float | None = None
+    plan: Plan,
+    ax: Axes | None = None,
+    positioner: str | int | None = None,
+    time: float | None = None,
+    cells: int = 360,
 ) -> Axes:
     """Draw where one positioner cannot be at one moment, by whom, and its whole path from start to end.
 
@@ -34,16 +39,18 @@ def joint_space(
         ax: to draw on; those of a new figure unless given.
         positioner: id or index; unless given, one that is worth a look.
         time: the moment [s]; the one at which it is closest to others unless given.
+        cells: along either joint.
 
     Raises:
         PlanError: no such positioner, or a moment outside the motion.
+        InstrumentError: fewer than two cells.
     """
     ax = blank((WIDE, 4.6))[1][0] if ax is None else ax
     problem, plane = plan.problem, plan.problem.plane
     (i,) = chosen(plan, None if positioner is None else [positioner], 1)
     time = closest_moment(plan, i) if time is None else moment(plan, time)
     angles = plan.trajectory.at(time)
-    space = blocked_space(plane, i, angles, problem.margin)
+    space = blocked_space(plane, i, angles, problem.margin, cells)
     edges = [np.degrees(side) for side in (space.alpha[0], space.alpha[-1], space.beta[0], space.beta[-1])]
     pixels, legend = _coloured(plan, space)
     ax.imshow(np.swapaxes(pixels, 0, 1), extent=edges, origin="lower", interpolation="nearest", aspect="auto", zorder=0)
@@ -69,11 +76,12 @@ def joint_space(
 def closest_moment(plan: Plan, i: int) -> float:
     """About when positioner `i` is closest to anybody else [s]; half way if nobody comes near."""
     edges = np.linspace(0.0, max(plan.makespan, 1e-9), _SLICES + 1)
-    _, pairs, bounds = clearance_over_time(plan.problem.plane, plan.trajectory, edges, plan.problem.margin)
-    mine = bounds[:, (pairs == i).any(axis=1)]
-    if not mine.size:
+    pairs, _ = pair_bounds(plan)
+    mine = pairs[(pairs == i).any(axis=1)]
+    bounds = clearance_over_time(plan.problem.plane, plan.trajectory, edges, plan.problem.margin, pairs=mine).clearance
+    if not bounds.size:
         return plan.makespan / 2
-    k = int(np.argmin(mine.min(axis=1)))
+    k = int(np.argmin(bounds.min(axis=1)))
     return float((edges[k] + edges[k + 1]) / 2)
 
 
