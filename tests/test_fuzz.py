@@ -14,6 +14,7 @@ SLICE = {
     "files": 12,
     "amendments": 6,
     "interrupts": 6,
+    "audits": 1,
 }
 
 
