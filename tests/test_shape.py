@@ -1,5 +1,7 @@
 """Motions made fit for motors that cannot jump: values by hand, and every result proven by `verify`."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.motion import Trajectory
 from fiberplan.planners import GreedyFold
 from fiberplan.scenes.uniform import uniform_field
-from fiberplan.shaping import plan_for_motors, shape
+from fiberplan.shaping import plan_for_motors, replanned, shape
 from fiberplan.shaping.bursts import no_slower
 from fiberplan.shaping.ramps import ramped
 from fiberplan.tolerances import RAMP
@@ -175,7 +177,18 @@ class Corner:
         return fp.Plan(problem, knots, (fp.Outcome.ARRIVED,), self.name)
 
 
-def test_the_planner_is_asked_again_with_more_room():
+def test_who_comes_too_near_is_led_past_anew():
+    plane, motion = corner(0.001)
+    planner = Corner(motion)
+    plan = plan_for_motors(planner, fp.Problem(plane, np.zeros((1, 2)), np.array([[2.0, -2.0]])))
+    assert planner.asked == [0.0]
+    assert plan.certificate.ok
+    assert re.fullmatch(r"planned 1 time, \d pairs led past each other anew", plan.notes[-1])
+
+
+def test_the_planner_is_asked_again_with_more_room(monkeypatch):
+    """Where leading pairs past each other anew gets nowhere."""
+    monkeypatch.setattr(replanned, "mended", lambda plan, *given, **options: (plan, 0))
     plane, motion = corner(0.001)
     planner = Corner(motion)
     plan = plan_for_motors(planner, fp.Problem(plane, np.zeros((1, 2)), np.array([[2.0, -2.0]])))

@@ -13,6 +13,7 @@ from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import PLANNERS, amend
 from fiberplan.scenes.uniform import uniform_field
+from fuzz.audits import audits
 from fuzz.mutations import mutations
 from fuzz.planted import planted
 from problems import hexagon
@@ -224,4 +225,6 @@ def interrupts(rng: np.random.Generator, folder: Path) -> None:
     assert_true(fp.planners.Direct().plan(problem, **how))
 
 
-CAMPAIGNS = {f.__name__: f for f in (proofs, planted, mutations, outlines, plans, files, amendments, interrupts)}
+CAMPAIGNS = {
+    f.__name__: f for f in (proofs, planted, mutations, outlines, plans, files, amendments, interrupts, audits)
+}

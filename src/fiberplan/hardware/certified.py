@@ -49,20 +49,38 @@ def hand_over(
         UnprovenError: the executed motion is not proven, or begins or ends elsewhere.
         PlanError: the file cannot be written.
     """
-    allowance = not_negative(allowance, "mm", "allowance", PlanError)
     proven: list[HandedOver] = []
 
     def check(written: bytes) -> None:
-        executed = decode(written, plan.state_at(0.0))
-        refuse_other_ends(plan, executed, path)
-        certificate = certify(plan, executed, allowance, prove)
-        if not certificate.ok:
-            found = said(plan, certificate)
-            raise UnprovenError(f"{os.fspath(path)}: not written: what the motors would do is {found}", certificate)
-        proven.append(HandedOver(executed, certificate, facts))
+        proven.append(proven_bytes(plan, os.fspath(path), written, decode, allowance, facts, prove))
 
     write_whole(path, content, PlanError, check)
     return proven[-1]
+
+
+def proven_bytes(
+    plan: Plan,
+    name: str,
+    content: bytes,
+    decode: Callable[[bytes, State], Executed],
+    allowance: float,
+    facts: Mapping[str, Any],
+    prove: Callable[..., Certificate] = verify,
+) -> HandedOver:
+    """What `decode` makes of `content`, proven safe and the plan's motion; arguments as of `hand_over`.
+
+    Raises:
+        UnprovenError: the executed motion is not proven, or begins or ends elsewhere.
+        PlanError: an allowance that is negative or not finite.
+    """
+    allowance = not_negative(allowance, "mm", "allowance", PlanError)
+    executed = decode(content, plan.state_at(0.0))
+    refuse_other_ends(plan, executed, name)
+    certificate = certify(plan, executed, allowance, prove)
+    if not certificate.ok:
+        found = said(plan, certificate)
+        raise UnprovenError(f"{name}: not written: what the motors would do is {found}", certificate)
+    return HandedOver(executed, certificate, facts)
 
 
 def certify(
@@ -80,7 +98,7 @@ def certify(
     )
 
 
-def refuse_other_ends(plan: Plan, executed: Executed, path: str | os.PathLike) -> None:
+def refuse_other_ends(plan: Plan, executed: Executed, name: str) -> None:
     """Refuse a motion whose fibers begin or end farther than `LANDING` from where the plan's do.
 
     Raises:
@@ -95,7 +113,7 @@ def refuse_other_ends(plan: Plan, executed: Executed, path: str | os.PathLike) -
         worst = int(np.argmax(away))
         if not away[worst] <= LANDING:
             raise UnprovenError(
-                f"{os.fspath(path)}: not written: positioner '{plane.ids[worst]}' would {what} {away[worst]:.4f} mm "
+                f"{name}: not written: positioner '{plane.ids[worst]}' would {what} {away[worst]:.4f} mm "
                 f"from where the plan has it, {LANDING:g} mm is allowed"
             )
 

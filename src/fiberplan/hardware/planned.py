@@ -47,13 +47,16 @@ def plan_for(controller: str, planner: Planner, problem: Problem, rounds: int = 
         FiberplanError: no such controller.
     """
     writes = CONTROLLERS.find(controller)
-    fit = getattr(writes, "fit", None)
+    fit, in_steps = getattr(writes, "fit", None), getattr(writes, "in_steps", None)
+    problem = problem if in_steps is None else in_steps(problem)
 
     def made(plan: Plan) -> Made:
         kept = plan if fit is None else fit(plan)
-        proof = executed(controller, kept, **options)
-        near = (*proof.contacts, *proof.undecided)
-        return Made(kept, {each.pair: max(0.0, proof.margin - each.clearance) for each in near})
+        lacking: dict[tuple[int, int], float] = {}
+        for proof in (executed(controller, kept, **options), kept.certificate):
+            for each in (*proof.contacts, *proof.undecided):
+                lacking[each.pair] = max(lacking.get(each.pair, 0.0), proof.margin - each.clearance)
+        return Made(kept, lacking)
 
     return replanned(planner, problem, made, rounds, getattr(writes, "ROOM", 0.0))
 

@@ -1,7 +1,7 @@
 """What a finished motion is made into for the motors.
 
 - `shape`: a motion within the motors' accelerations and least speeds, proven anew
-- `replanned`: `plan_for_motors`, which asks a planner again where a shaped motion comes too near
+- `replanned`: `plan_for_motors`, which mends a plan, or asks for another, where what motors make of it comes too near
 - `ramps`: corners rounded by ramps of bounded acceleration
 - `bursts`: turns that are too slow for a motor made of turns and rests
 - `whole_steps`: a motion in segments and whole steps; `strokes`: those of one joint

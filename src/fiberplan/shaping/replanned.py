@@ -25,6 +25,7 @@ from fiberplan.tolerances import SCENE
 
 ROUNDS = 8  #: times that a planner is asked
 _MENDS = 12  # rounds of mending of what it says each time
+_PACE = 0.92  # of the joints' speeds that new paths have in each of these, where that is in time
 _MORE = 0.02  # [mm] each round, for a pair that came too near beyond what was missing
 _ALL = 0.01  # [mm] for every arm in the second round, twice as much in each after it
 _SLOWER = 0.01  # of a joint's speed, in each round ...
@@ -92,8 +93,9 @@ def replanned(
         missing = _missing(made.lacking, problem.n)
         parted = 0
         if made.lacking and left:
-            given, left = np.minimum(given + missing, most), left - 1
-            mend, parted = mended(dataclasses.replace(plan, problem=problem), made.lacking, given)
+            given, left, turn = np.minimum(given + missing, most), left - 1, _MENDS - left
+            asked_of = dataclasses.replace(plan, problem=problem)
+            mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
         if parted:
             plan, led = mend, led + parted
         elif asked == rounds:

@@ -56,6 +56,7 @@ def shape(
     allowance: float = 0.025,
     segment: float | None = None,
     step: np.ndarray | None = None,
+    jitter: float = 0.0,
 ) -> Shaped:
     """The motion as motors with `max_acceleration` and `min_speed` can make it.
 
@@ -68,6 +69,7 @@ def shape(
         allowance: what straight pieces may leave out of the true ramps, at any point of an arm [mm].
         segment: in segments of this length [s], in which speeds are even ...
         step: ... and all turns whole multiples of this: (2,) or (n, 2) [rad].
+        jitter: as `verify` takes it [s].
 
     Raises:
         TrajectoryError: another number of positioners than the focal plane has, an allowance, segment or step that is
@@ -88,7 +90,7 @@ def shape(
             made = no_slower(ramps.trajectory, plane, _FOLLOW[level])
         else:
             made, steps = in_whole_steps(ramps.trajectory, plane, *whole, _FOLLOW[level])
-        certificate = verify(plane, made, margin, position_error=position_error, opening=opening)
+        certificate = verify(plane, made, margin, jitter, position_error, opening)
         shaped = Shaped(made, certificate, read_only(ramps.error), made.duration - trajectory.duration, steps)
         near = np.unique([arm for pair in shaped.lacking for arm in pair if arm >= 0]).astype(np.int64)
         near = near[level[near] < len(_FOLLOW) - 1]

@@ -6,8 +6,8 @@ segments can make any number of steps from T `least` to the sum of an envelope, 
 
 A joint follows given places, the rounded angles at the ends of segments. Where it should turn more slowly than it can,
 it makes `least` steps in some segments and none in others, and the longest stroke makes up for what is left, or one
-gets a segment less or more. What no stroke can make is made at the end, by a stroke that goes farther, and one that
-comes back.
+gets a segment less or more. What no stroke can make is made at the end, by a stroke that goes farther and one that
+comes back; both on the side that the joint came from, for what lies beyond its end it has never swept.
 """
 
 from typing import NamedTuple
@@ -203,23 +203,27 @@ def _resized(rules, steps, owed):
 
 @leaf
 def _finish(rules, steps, owed):
-    """Make what is owed after the last stroke; whether there is room."""
+    """Make what is owed after the last stroke; whether there is room.
+
+    Where it takes a stroke that goes farther and one that comes back, the joint stays on the side that it came from.
+    """
     way, rest = (1 if owed > 0 else -1), abs(owed)
-    at = 0
+    at = last = 0
     for k in range(len(steps)):
         if steps[k] != 0:
-            at = k + 2  # a rest before
+            at, last = k + 2, _way(steps, k)  # a rest before
     back = 0
     while fewest(rules, rest + back) == 0 or (back > 0 and fewest(rules, back) == 0):
         back = max(rules.least, back + 1)
-    going, returning = fewest(rules, rest + back), fewest(rules, back)
+    there, again = (back, rest + back) if back > 0 and way == last else (rest + back, back)
+    if there == back:
+        way = -way
+    going, returning = fewest(rules, there), fewest(rules, again)
     if at + going + 1 + returning > len(steps):
         return False
-    for k in range(going):
-        steps[at + k] = rules.least
-    fill(rules, steps[at : at + going], rest + back)
+    fill(rules, steps[at : at + going], there)
     if returning > 0:
-        fill(rules, steps[at + going + 1 : at + going + 1 + returning], back)
+        fill(rules, steps[at + going + 1 : at + going + 1 + returning], again)
     for k in range(at, at + going):
         steps[k] *= way
     for k in range(at + going + 1, at + going + 1 + returning):

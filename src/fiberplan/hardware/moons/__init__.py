@@ -23,11 +23,11 @@ from fiberplan.hardware.moons.decode import decode
 from fiberplan.hardware.moons.encode import CHANGE, LEAST, MOST, RANGES, SEGMENT, STEPS, as_json, waveforms
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
-from fiberplan.problem import State
+from fiberplan.problem import Problem, State
 from fiberplan.shaping import shape
 from fiberplan.tables.contents import plain_name, read_whole
 
-__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "fit", "read", "with_limits", "write"]
+__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "fit", "in_steps", "read", "with_limits", "write"]
 
 STEP = np.radians(1.0 / np.array(STEPS))  #: turn of alpha and beta in one step [rad]
 LATENCY = 0.02  #: between the starts of units [s]
@@ -101,6 +101,21 @@ def with_limits(plane: FocalPlane) -> FocalPlane:
     )
 
 
+def in_steps(problem: Problem) -> Problem:
+    """The problem with goals at the nearest whole steps from where units stand, where motors can stop."""
+    plane, start = problem.plane, problem.start
+
+    def nearest(goal: np.ndarray, start: np.ndarray) -> np.ndarray:
+        steps = np.rint((goal - start) / STEP)
+        at = start + steps * STEP
+        low, high = (np.broadcast_to(edge.reshape(start.shape), at.shape) for edge in (plane.lower, plane.upper))
+        return at + STEP * ((at < low).astype(int) - (at > high).astype(int))
+
+    others = problem.alternatives
+    alternatives = None if others is None else nearest(others, start[:, None])
+    return dataclasses.replace(problem, goal=nearest(problem.requested, start), alternatives=alternatives)
+
+
 def fit(plan: Plan) -> Plan:
     """The plan's motion in whole steps a segment, as near to it as that keeps clear; as it is if it is so already.
 
@@ -121,6 +136,7 @@ def fit(plan: Plan) -> Plan:
                 problem.near_start == "open" or problem.needs_opening,
                 segment=SEGMENT,
                 step=STEP,
+                jitter=LATENCY,
             )
         except TrajectoryError as error:
             raise PlanError(str(error)) from None

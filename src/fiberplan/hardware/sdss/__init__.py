@@ -8,6 +8,7 @@ verified on hardware.
 - `decode`: from a file, or the dump of a move, to the motion it causes
 """
 
+import json
 import os
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ import numpy as np
 from fiberplan.arrays import not_negative
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.certified import ALLOWANCE, hand_over, proven_bytes
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.sdss.decode import decode, document
 from fiberplan.hardware.sdss.encode import FASTEST, RANGE, as_json, as_yaml, paths
@@ -26,7 +27,7 @@ from fiberplan.plan import Plan
 from fiberplan.problem import State
 from fiberplan.tables.contents import plain_name, read_whole
 
-__all__ = ["DELAY", "accepts", "read", "with_limits", "write"]
+__all__ = ["DELAY", "accepts", "read", "trajectory", "with_limits", "write"]
 
 DELAY = 1.0  #: time in which the paths are sent [s]
 A_MESSAGE = {"APO": 3, "LCO": 10}  #: points of an axis that one message holds, by observatory
@@ -56,6 +57,27 @@ def write(plan: Plan, path: str | os.PathLike, *, delay: float = DELAY, allowanc
     facts = {"robots": len(sent), "points": sum(counts), "messages": messages, "delay": delay}
     plane = plan.problem.plane
     return hand_over(plan, path, content, lambda written, state: decode(file, written, plane, state), allowance, facts)
+
+
+def trajectory(
+    plan: Plan, *, delay: float = DELAY, allowance: float = ALLOWANCE
+) -> dict[str, dict[str, list[list[float]]]]:
+    """A plan's motion as a control program has it, for each robot ``alpha`` and ``beta`` as lists of [deg, s].
+
+    It is what `write` writes, and proven in the same way, as it is read back.
+
+    Args:
+        plan: to be executed; robots that cannot move are left out.
+        delay: time of the first point [s].
+        allowance: the executed motion may keep this much less than the plan's margin [mm].
+
+    Raises:
+        PlanError: what the controllers cannot do, or a motion that is not proven.
+    """
+    content, plane = as_json(paths(plan, not_negative(delay, "s", "delay", PlanError))), plan.problem.plane
+    name = Path("trajectory.json")
+    proven_bytes(plan, name.stem, content, lambda sent, state: decode(name, sent, plane, state), allowance, {})
+    return json.loads(content)["trajectory"]
 
 
 def read(path: str | os.PathLike, plane: FocalPlane, state: State | None = None) -> Executed:
