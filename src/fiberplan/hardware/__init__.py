@@ -20,5 +20,6 @@ the group ``fiberplan.controllers``; ``fiberplan export --to NAME`` finds them b
 from fiberplan.hardware import desi, moons, pfs, sdss
 from fiberplan.hardware.audit import Audit
 from fiberplan.hardware.controller import CONTROLLERS, Controller, HandedOver
+from fiberplan.hardware.planned import plan_for
 
-__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "moons", "pfs", "sdss"]
+__all__ = ["CONTROLLERS", "Audit", "Controller", "HandedOver", "desi", "moons", "pfs", "plan_for", "sdss"]
