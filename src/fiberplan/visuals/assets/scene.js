@@ -224,14 +224,16 @@ class Scene {
   }
 
   patrol(i) {
-    const { ink, view } = this, path = patrolZone(this.model, i, view);
+    const { ink, view, model } = this, path = patrolZone(model, i, view);
     ink.globalAlpha = 0.13;
     ink.fillStyle = this.colourOf(i);
-    ink.fill(path, "evenodd");
-    ink.globalAlpha = 0.5;
-    ink.setLineDash([4, 4]);
-    this.stroke(1, this.colour("muted"), path);
-    ink.setLineDash([]);
+    ink.fill(path, model.bars ? "nonzero" : "evenodd"); // a patchwork overlaps itself, a ring has a hole
+    if (!model.bars) {
+      ink.globalAlpha = 0.5;
+      ink.setLineDash([4, 4]);
+      this.stroke(1, this.colour("muted"), path);
+      ink.setLineDash([]);
+    }
     ink.globalAlpha = 1;
   }
 }
