@@ -11,7 +11,7 @@ demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits 
 	$(BIN)/fiberplan demo -o demo
 
 test: check ## everything that must hold before a change lands
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist loadgroup
 
 check: $(VENV)/.test
 	$(BIN)/ruff check

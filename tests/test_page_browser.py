@@ -30,6 +30,7 @@ CHROME = os.environ.get("CHROME") or next(
 )
 QUIET = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update")
 QUIET += ("--disable-sync", "--no-first-run")
+pytestmark = pytest.mark.xdist_group("browser")
 ORIGIN = Origin("plan.fits", "2026-11-26 21:15 UTC")
 
 
