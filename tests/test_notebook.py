@@ -1,6 +1,7 @@
 """What notebooks show: well formed, inert, light, and true to the plan."""
 
 import re
+import sys
 from collections import Counter
 from xml.etree import ElementTree
 
@@ -10,6 +11,7 @@ import pytest
 import fiberplan as fp
 from fiberplan.plan.summary import headline
 from fiberplan.visuals import style
+from fiberplan.visuals.page import render
 from fiberplan.visuals.shapes import span
 from test_page import small_plan
 
@@ -93,3 +95,16 @@ def test_a_certificate_shows_its_verdict_and_what_was_found():
     empty = fp.verify(nobody, fp.Trajectory.at_rest(nobody.folded))._repr_html_()
     assert "<svg" not in empty
     assert facts(empty)[0][1].startswith("safe: nothing is within reach")
+
+
+def test_the_page_as_a_widget(plan):
+    pytest.importorskip("anywidget")
+    shown = fp.visuals.widget(plan, height=500)
+    assert shown.page == render([plan]).decode()
+    assert (shown.height, shown.title) == (500, f"small array: {plan}")
+
+
+def test_a_widget_without_its_extra(plan, monkeypatch):
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    with pytest.raises(fp.FiberplanError, match="a widget needs the extra 'notebook'"):
+        fp.visuals.widget(plan)

@@ -9,6 +9,7 @@
 - `figures`: figures of a plan for papers and reports, by kind
 - `film`: a plan as a film
 - `notebook`: plans, focal planes and certificates as notebooks show them
+- `widget`: the page of a plan inside a notebook
 - `canvas`: blank figures in one style, and figures as files
 - `shapes`: true outlines of what is drawn
 - `style`: colours and shapes that the page and the pictures share
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         speeds,
     )
     from fiberplan.visuals.film import animate
+    from fiberplan.visuals.widget import widget
 
 _FIGURES = (
     "FIGURES",
@@ -68,12 +70,13 @@ __all__ = [
     "show",
     "snapshots",
     "speeds",
+    "widget",
 ]
 
 
 def __getattr__(name: str) -> Any:
     """Import what needs matplotlib the first time it is asked for."""
-    home = "figures" if name in _FIGURES else "film" if name == "animate" else None
+    home = "figures" if name in _FIGURES else {"animate": "film", "widget": "widget"}.get(name)
     if home is None:
         raise AttributeError(f"module 'fiberplan.visuals' has no attribute '{name}'")
     value = getattr(importlib.import_module(f"fiberplan.visuals.{home}"), name)

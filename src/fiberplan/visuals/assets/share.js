@@ -22,7 +22,8 @@ const writeLink = (() => {
       if (colour !== "outcome") said.set("colour", colour);
       if (plan) said.set("plan", "AB"[plan]);
       const wanted = "#" + said;
-      if (wanted !== location.hash) history.replaceState(null, "", wanted);
+      if (wanted === location.hash || location.protocol === "about:") return; // a frame of a notebook has no address
+      history.replaceState(null, "", wanted);
     }, 250);
   };
 })();
