@@ -5,7 +5,6 @@
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `clocks`: the same where clocks are off, over all pairs of moments
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
-- `along_axis`: how near two pieces come along a fixed axis
 - `witnesses`: what shows each pair clear, as data that plan files carry
 - `replay`: whether that data is true, by code that shares nothing with all of the above
 - `replay_outcomes`: whether the other claims of a plan file are: limits, start, goals, outcomes

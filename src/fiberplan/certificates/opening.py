@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.certificates.along_axis import least_gap_along
+from fiberplan.kernels.even_motion import least_gap_along
 from fiberplan.certificates.bisection import more_looks, too_short
 from fiberplan.certificates.path import knot_near_middle, state, top_speed
 from fiberplan.kernels.arms import frame

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiberplan.arrays import Frozen, read_only
-from fiberplan.certificates.along_axis import least_gap_along
+from fiberplan.kernels.even_motion import least_gap_along
 from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.path import as_motion, next_knot, rounding, state
 from fiberplan.focal_plane import FocalPlane
