@@ -10,9 +10,9 @@ import fiberplan as fp
 from fiberplan.hardware import sdss
 from fiberplan.hardware.audit import audit
 from fiberplan.scenes.uniform import uniform_field
-from wrong_files import as_table, faulty, told
 from problems import hexagon
 from references import smallest_over_time
+from wrong_files import as_table, faulty, told
 
 FAULTS = 50  #: planted into one export, one a file
 MARGIN, LEFT = 0.8, 0.75  # [mm] that is planned, and audited

@@ -225,4 +225,6 @@ def interrupts(rng: np.random.Generator, folder: Path) -> None:
     assert_true(fp.planners.Direct().plan(problem, **how))
 
 
-CAMPAIGNS = {f.__name__: f for f in (proofs, planted, mutations, outlines, plans, files, amendments, interrupts, audits)}
+CAMPAIGNS = {
+    f.__name__: f for f in (proofs, planted, mutations, outlines, plans, files, amendments, interrupts, audits)
+}
