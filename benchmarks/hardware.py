@@ -80,20 +80,20 @@ CASES = {
 }
 
 
-def problems(case: Case, fields: int) -> Iterator[fp.Problem]:
+def problems(case: Case, seeds: range) -> Iterator[fp.Problem]:
     """From field 2 k to field 2 k + 1; those that are offline stay folded."""
     plane = fitted(case.plane, case.controller)
-    for seed in range(fields):
+    for seed in seeds:
         start, goal = (uniform_field(plane, number, case.margin) for number in (2 * seed, 2 * seed + 1))
         here = np.where(plane.online[:, None], start, plane.folded)
         there = np.where(plane.online[:, None], goal, np.nan)
         yield fp.Problem(plane, here, there, case.margin, conflicts="drop", near_start="open")
 
 
-def exports(name: str, fields: int, data: Path) -> None:
+def exports(name: str, seeds: range, data: Path) -> None:
     case, folder = CASES[name](data), Path(tempfile.mkdtemp())
     export, planning, longer, part, counts, asked, refused = [], [], [], [], [], [], []
-    for seed, problem in enumerate(problems(case, fields)):
+    for seed, problem in zip(seeds, problems(case, seeds), strict=True):
         planner, path = fp.planners.Direct(seed=seed, budget=case.budget), folder / f"{seed}.{case.ending}"
         free = planner.plan(problem)
         try:
@@ -105,7 +105,7 @@ def exports(name: str, fields: int, data: Path) -> None:
             refused.append(f"seed {seed}: {error}")
             print(f"  seed {seed}: {free}; refused", flush=True)
             continue
-        if seed:  # the first compiles
+        if seed > seeds[0]:  # the first compiles
             export.append(cpu)
         longer.append(done.executed.trajectory.duration - free.makespan - done.facts.get("delay", 0.0))
         part.append(longer[-1] / free.makespan)
@@ -113,7 +113,7 @@ def exports(name: str, fields: int, data: Path) -> None:
         said = f"{asked[-1]}, {planning[-1]:.1f} s; {longer[-1]:.3f} s longer; exported in {cpu:.3f} s"
         print(f"  seed {seed}: {free}; {int(free.kept - plan.kept)} more lost; {said}", flush=True)
     proven = len(longer)
-    print(f"{name}: {proven} of {fields} certified as executed at {case.margin:g} mm less {ALLOWANCE:g}")
+    print(f"{name}: {proven} of {len(seeds)} certified as executed at {case.margin:g} mm less {ALLOWANCE:g}")
     if not proven:
         return
     times = [int(note.split()[1]) for note in asked]
@@ -166,12 +166,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=(*CASES, "simulate"))
     parser.add_argument("--fields", type=int, default=50, help="fields, or runs")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="of the first field")
     parser.add_argument("--data", type=Path, default=DATA)
     given = parser.parse_args()
     if given.what == "simulate":
         simulate(given.fields)
     else:
-        exports(given.what, given.fields, given.data)
+        exports(given.what, range(given.first, given.first + given.fields), given.data)
 
 
 if __name__ == "__main__":

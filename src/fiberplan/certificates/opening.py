@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.kernels.even_motion import least_gap_along
 from fiberplan.certificates.bisection import more_looks, too_short
 from fiberplan.certificates.path import knot_near_middle, state, top_speed
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import meet
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.depth import signed_clearance, signed_gap
+from fiberplan.kernels.even_motion import least_gap_along
 from fiberplan.kernels.four_bar import largest_acceleration, rates
 from fiberplan.tolerances import OPENING, ROUNDING
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiberplan.arrays import Frozen, read_only
-from fiberplan.kernels.even_motion import least_gap_along
 from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.path import as_motion, next_knot, rounding, state
 from fiberplan.focal_plane import FocalPlane
@@ -23,6 +22,7 @@ from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import meet
 from fiberplan.kernels.compile import kernel, leaf, record
 from fiberplan.kernels.depth import signed_gap
+from fiberplan.kernels.even_motion import least_gap_along
 from fiberplan.kernels.four_bar import largest_acceleration, rates
 from fiberplan.motion import Trajectory
 from fiberplan.tolerances import NEAR, OPENING, ROUNDING
