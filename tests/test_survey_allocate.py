@@ -184,6 +184,14 @@ def test_command_answers_programs_and_tells_what_is_short(catalogue, capsys):
     assert said["not_allocated"]["far"]["why"] == "OUT_OF_REACH"
 
 
+def test_command_that_finds_nothing_writes_nothing(tmp_path, capsys):
+    path = tmp_path / "far.csv"
+    path.write_text("x,y\n900,0\n")
+    assert run(["allocate", "sayres2021", str(path), "--no-motion", "-o", str(tmp_path / "targets.ecsv")]) == 1
+    assert "nothing written" in capsys.readouterr().out
+    assert [each.name for each in tmp_path.iterdir()] == ["far.csv"]
+
+
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [

@@ -10,7 +10,7 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import Output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.start import Margin, Offline, StartTime, begun, room, switched_off
+from fiberplan.cli.start import Jitter, Margin, Offline, PositionError, StartTime, begun, room, switched_off
 from fiberplan.errors import FiberplanError
 
 if TYPE_CHECKING:
@@ -36,6 +36,8 @@ def allocate(
         list[str] | None, typer.Option(metavar="ID,ID", help="Robots that keep their place. Repeatable.")
     ] = None,
     margin: Margin = None,
+    jitter: Jitter = 0.0,
+    position_error: PositionError = 0.0,
     require: Annotated[
         list[str] | None,
         typer.Option(metavar="CATEGORY=N", help="Positions of a category that are needed, such as sky=80. Repeatable."),
@@ -60,7 +62,7 @@ def allocate(
     plan: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the plan that reaches them.")] = None,
     json: JsonOption = False,
 ) -> None:
-    """Say which positioner takes which target; exit 0 if all that is required is there, 1 if not."""
+    """Say which positioner takes which target; exit 1 if nothing is, or less than is required."""
     refuse_unwritable(
         Output(output, _TABLES, "a table"), plan_output(plan), inputs=(Path(instrument), catalogue, start)
     )
@@ -71,7 +73,7 @@ def allocate(
         from fiberplan.survey import allocate as allocated
 
         plane, off = switched_off(FocalPlane.load(instrument), offline or ())
-        leave = room(plane, margin, 0.0, 0.0)
+        leave = room(plane, margin, jitter, position_error)
         found = allocated(
             plane,
             catalogue,
@@ -80,21 +82,23 @@ def allocate(
             motion=motion,
             required=_numbers(require or ()),
             regions=regions,
+            position_error=leave.error,
             stay=[name for text in stay or () for name in text.split(",") if name],
             solver=solver,
             seed=seed,
             deadline=deadline,
         )
         faults = [] if found.plan is None else found.plan.faults()
-        if output is not None:
+        if output is not None and found.targets is not None:
             found.write(output)
         if plan is not None and found.plan is not None:
             found.plan.write(plan)
-    written = [path for path in (output, plan) if path is not None]
+    written = [path for path in (output, plan) if path is not None and found.targets is not None]
     short = [quota for quota in found.quotas if quota.allocated < quota.required]
+    failed = bool(short or faults or found.targets is None)
     if json:
         say_json(_facts(found, faults) | {"written": written})
-        raise typer.Exit(1 if short or faults else 0)
+        raise typer.Exit(1 if failed else 0)
     say(str(found), style="bold")
     for tier in found.tiers if len(found.tiers) > 1 else ():
         say(f"tier {tier.tier}: {tier.targets} targets, value {tier.value:g} of at most {tier.bound:g}")
@@ -113,7 +117,7 @@ def allocate(
         if not faults:
             say(str(found.plan.certificate), style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the targets")
-    raise typer.Exit(1 if short or faults else 0)
+    raise typer.Exit(1 if failed else 0)
 
 
 def _numbers(given: Sequence[str]) -> dict[str, int]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fiberplan.arrays import Frozen, FrozenDict
+from fiberplan.errors import TargetError
 from fiberplan.io.target_files import write_table
 from fiberplan.plan import Plan
 from fiberplan.problem import Problem, Targets
@@ -67,7 +68,7 @@ class Allocation(Frozen):
 
     @property
     def bound(self) -> float:
-        """No allocation has more in its first tier, nor in any other without giving up of one before; of rest alone."""
+        """What `value` is at most, at rest: of each tier the most that there is beside what is kept of those before."""
         return float(sum(tier.bound for tier in self.tiers))
 
     @property
@@ -99,9 +100,13 @@ class Allocation(Frozen):
         return f"{len(self.chosen)} of {len(self.catalogue)} targets allocated to {self.problem.n} positioners, {much}"
 
     def to_table(self) -> "QTable":
-        """A row for each allocated target: what `Targets.to_table` has, and `target` (id), `tier` and `category`."""
+        """A row for each allocated target: what `Targets.to_table` has, and `target` (id), `tier` and `category`.
+
+        Raises:
+            TargetError: there is none.
+        """
         if self.targets is None:
-            raise ValueError("nothing is allocated")
+            raise TargetError(f"{self.catalogue.source}: no target is allocated")
         table, rows = self.targets.to_table(), self.rows
         assert self.catalogue.category is not None  # set on construction
         table["target"] = np.array([self.catalogue.ids[row] for row in rows.tolist()], str)
@@ -118,6 +123,6 @@ class Allocation(Frozen):
         """Write `to_table` in the format that the file's name says; `Targets.read` reads it.
 
         Raises:
-            TargetError: no such format, or a file that cannot be written.
+            TargetError: nothing is allocated, no such format, or a file that cannot be written.
         """
         write_table(self.to_table(), path)

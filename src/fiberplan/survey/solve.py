@@ -20,7 +20,8 @@ Solver = Literal["milp", "heuristic"]
 
 STEPS = {"milp": 1, "heuristic": 3}  #: steps of local search for each option, at least ...
 LEAST_STEPS = 20_000  #: ... so many
-NODES = 1_000  #: of the integer program's search tree, on each level
+NODES = 200  #: of the integer program's search tree, on each level
+GAP = 1e-5  #: part of a level's worth that the integer program may leave open
 _EPSILON = 1e-6  #: of the linear program
 
 
@@ -129,7 +130,7 @@ def _integer(
         constraints=LinearConstraint(part.matrix, ub=part.most),
         integrality=np.ones(len(usable)),
         bounds=Bounds(0, 1),
-        options={"mip_rel_gap": 0.0, "node_limit": NODES, **limit},
+        options={"mip_rel_gap": GAP, "node_limit": NODES, **limit},
     )
     late = done.status == 1 and deadline is not None and (done.mip_node_count or 0) < NODES
     if done.x is None:  # nothing better, or nothing found in time
