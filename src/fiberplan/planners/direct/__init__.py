@@ -29,8 +29,8 @@ Algorithm                                                             here
           a little for extension, a little for turning ]                `blocked_nodes.mark_blocked`
 10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._update_contacts`
 11    who still touches what never moves: finer lattices, a way       `narrow.eased`,
-        of its own; the last two pairs of C, once: a joint path         `untangle.untangled`
-        found at random
+        of its own, off which it is taken where others get stuck        `paths.Paths.take_off_ways`,
+        on it; the last two pairs of C, once: a joint path              `untangle.untangled`
 12    if C gets no smaller in 100 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
         and clusters of 3 or 4 around pairs of C get joint paths        `untangle.untangled`: RRT-Connect
 13    if work or K is used up: clusters of 4 once; then the goals     `settling.settle`,

@@ -43,7 +43,7 @@ def eased(paths: Paths) -> bool:
     for i in tough.tolist():
         if paths.fineness[i] < FINEST:
             changed |= paths.refine(np.array([i]), int(paths.fineness[i]) + 1)
-        elif paths.fineness[i] < ON_ITS_WAY and not np.isnan(paths.goal[i, 0]):
+        elif paths.fineness[i] < ON_ITS_WAY and i not in paths.off_ways and not np.isnan(paths.goal[i, 0]):
             way = _way(paths, i)
             if way is not None and len(way) - 1 <= paths.most_steps:
                 paths.put_on(i, way)

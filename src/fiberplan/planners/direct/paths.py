@@ -58,6 +58,7 @@ class Paths:
         self.limit = problem.margin + SLACK
         self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms that block it
         self.held: set[int] = set()  #: never leave their start
+        self.off_ways: set[int] = set()  #: were on ways of their own once, which others could not get past
         travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
         bound = float(travel.max(initial=0.0))
         length = step_length(plane, problem.start, goal, turn)
@@ -187,6 +188,17 @@ class Paths:
         self.lattice = on_its_way(self.lattice, i, way)
         self.least_steps = max(self.least_steps, len(way) - 1)
         self._forget(np.array([i]))
+
+    def take_off_ways(self, who: np.ndarray) -> bool:
+        """Give those of arms `who` (m,) that are on ways of their own fine lattices again, for good; whether any were.
+
+        A way is one of many, and others may have no path past it.
+        """
+        on_ways = [int(i) for i in who if i < self.plane.n and self.fineness[i] == ON_ITS_WAY]
+        if on_ways:
+            self.off_ways |= set(on_ways)
+            self.change_fineness(np.array(on_ways), np.full(len(on_ways), FINEST))
+        return len(on_ways) > 0
 
     def _forget(self, who: np.ndarray) -> None:
         """Forget what was found on other lattices of positioners `who` (m,)."""

@@ -89,6 +89,7 @@ class DirectSearch(Paths):
                     self._untangle(self.in_contact, min(growth, _LARGEST_CLUSTER), longest)
                 self.lengthen(min(max(self.steps + 1, int(self.steps * (1 + _GROWTH * growth))), self.most_steps))
                 self.start_afresh()
+                self.take_off_ways(np.unique(self.pairs[self.in_contact]))
                 fewest, stuck, growth = self.touching, 0, growth + 1
             fewest = min(fewest, self.touching)
         return False
@@ -161,5 +162,7 @@ class DirectSearch(Paths):
                 if need > max(self.steps, self.slowest_need):
                     self.slowest_pair, self.slowest_need = (int(arms[0]), int(arms[1])), need
             self.lengthen(need)
-        elif need != UNKNOWN and not any(self._untangle([pair], size, self.most_steps) for size in (2, 3)):
+            return
+        apart = need == UNKNOWN or any(self._untangle([pair], size, self.most_steps) for size in (2, 3))
+        if not apart and not self.take_off_ways(arms):
             give_up_one_of(self, pair)
