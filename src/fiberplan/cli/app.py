@@ -29,6 +29,7 @@ from fiberplan.cli.replay import replay
 from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
 from fiberplan.cli.simulate import simulate
+from fiberplan.cli.survey import survey
 from fiberplan.cli.verify import verify
 from fiberplan.cli.warmup import warmup
 from fiberplan.errors import FiberplanError, interrupted

@@ -5,7 +5,8 @@
 - `origin`: where a plan comes from, for title and heading; `settings`: a planner's, with units
 - `approaches`: how near arms come to each other over time
 - `heights`: what may lie over what
-- `night_report`: one page of a night of audited motions
+- `night_report`: one page of a night of audited motions; `survey_report`: one of a survey
+- `report_page`: what these two share
 - `figures`: figures of a plan for papers and reports, by kind
 - `film`: a plan as a film
 - `notebook`: plans, focal planes and certificates as notebooks show them
