@@ -183,7 +183,7 @@ class _Night:
                         yield i, i + length, place
 
     def _gain(self, path: list[int], i: int, j: int, place: int) -> float:
-        """How much longer the motion gets by a change [s]; costs are symmetric, so only what joins stretches changes."""
+        """How much longer a change makes the motion [s]; costs are symmetric, so only what joins stretches counts."""
         costs, start = self._costs, len(self._costs) - 1
 
         def step(a: int, b: int | None) -> float:
