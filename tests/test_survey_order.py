@@ -48,12 +48,12 @@ def test_fields_along_a_line_are_taken_as_they_lie():
 @pytest.mark.parametrize("seed", range(2))
 def test_few_fields_are_in_the_best_order_or_close_to_it(seed):
     plane = hexagon(1)
-    listed = fields(plane, 24)[6 * seed : 6 * seed + 6]
+    listed = fields(plane, 24)[5 * seed : 5 * seed + 5]
     found = order(listed)
     assert found.seconds == pytest.approx(motion(plane, listed, found.fields))
-    best = min(motion(plane, listed, path) for path in itertools.permutations(range(6)))
+    best = min(motion(plane, listed, path) for path in itertools.permutations(range(5)))
     assert found.seconds <= 1.05 * best
-    assert found.given == pytest.approx(motion(plane, listed, range(6)))
+    assert found.given == pytest.approx(motion(plane, listed, range(5)))
 
 
 def test_many_fields_are_a_permutation_that_is_shorter_than_given():

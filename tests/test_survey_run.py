@@ -18,6 +18,7 @@ from fiberplan.survey import Telescope, run
 from fiberplan.survey.batch.fingerprint import fingerprint
 from fiberplan.survey.batch.precedence import Precedence
 from fiberplan.survey.batch.workers import Here, LocalProcesses
+from fiberplan.visuals.survey_report import Report, _maps
 from problems import hexagon
 
 PLANE = hexagon(1)
@@ -48,6 +49,14 @@ def content(folder):
     lines = [json.loads(line.split(" ", 1)[1]) for line in (folder / "ledger.jsonl").read_text().splitlines()]
     files["ledger"] = [lines[0], *sorted((line | {"times": 0} for line in lines[1:]), key=lambda line: line["field"])]
     return files
+
+
+@pytest.fixture(scope="module", autouse=True)
+def undrawn():
+    """Maps take long to draw, and are drawn in a test of their own: here they are what would be drawn."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fiberplan.visuals.survey_report._maps", lambda report: repr(report).encode())
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -202,6 +211,9 @@ def test_a_local_process_that_is_killed_costs_its_field_a_try(done, tmp_path):
     killed = []
 
     class Killing(LocalProcesses):
+        def __init__(self, count, setup):
+            super().__init__(1, setup)
+
         def submit(self, fn, /, *args):
             future = super().submit(fn, *args)
             if not killed:
@@ -314,3 +326,12 @@ def test_a_fingerprint_is_of_every_bit_and_of_no_file_name():
     assert fingerprint(targets) != fingerprint(fp.survey.SurveyTargets.of(other))
     assert fingerprint(PLANE) == fingerprint(hexagon(1)) != fingerprint(hexagon(1).replace(name="other"))
     assert fingerprint(fp.planners.Direct()) != fingerprint(fp.planners.Direct(budget=61.0))
+
+
+def test_maps_are_drawn_the_same_every_time():
+    rng = np.random.default_rng(0)
+    what = rng.random((3, 2)), rng.random(3), PLANE.base, rng.random(7), *rng.random((2, 3))
+    page = Report("title", "verdict", True, *what, (), ())
+    first, again = (_maps(page) for _ in range(2))
+    assert first == again != _maps(page._replace(share=rng.random(3)))
+    assert first.startswith(b"\x89PNG")

@@ -160,12 +160,3 @@ def _table(allocation: Allocation) -> bytes:
     written = io.StringIO()
     allocation.to_table().write(written, format="ascii.ecsv")
     return written.getvalue().encode()
-
-
-def warm_up() -> None:
-    """Load or compile what a field needs, with seven positioners; the plan is thrown away."""
-    plane = FocalPlane.hexagonal(1, 22.4)
-    near = plane.base + np.array([9.0, 8.0])
-    allocation = allocate(plane, Catalogue(near[:, 0], near[:, 1]), 0.5)
-    assert allocation.plan is not None  # motion was asked for
-    plan_bytes(allocation.plan)

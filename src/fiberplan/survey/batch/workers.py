@@ -2,7 +2,7 @@
 
 A local worker is a process of its own behind an executor of its own: one that dies takes one field with it, nobody has
 to guess which, and another takes its place. Workers ignore Ctrl-C, which is for whoever started them, and end when that
-process is gone, however it went.
+process is gone, however it went. Kernels are loaded once by each, for its first field.
 """
 
 import contextlib
@@ -18,7 +18,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from fiberplan.errors import FiberplanError
-from fiberplan.survey.batch.work import Packed, Setup, warm_up
+from fiberplan.survey.batch.work import Packed, Setup
 
 _KILLED = "KilledWorker"  # what distributed raises for a task whose workers died again and again
 
@@ -86,13 +86,12 @@ class LocalProcesses(Executor):
 
 
 def _begin(setup: Packed) -> None:
-    """A process begins: no Ctrl-C, an eye on whoever started it, the setup, and what has to be compiled or loaded."""
+    """A process begins: no Ctrl-C, an eye on whoever started it, and the setup."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None  # started by one
     threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
     setup.unpacked()
-    warm_up()
 
 
 def _end_with(sentinel: int) -> None:
