@@ -1,6 +1,5 @@
 """``fiberplan allocate``: from a catalogue to targets that positioners can take together, all of which are reached."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -8,6 +7,7 @@ import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
+from fiberplan.cli.numbered import numbers_of
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import Output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.start import Jitter, Margin, Offline, PositionError, StartTime, begun, room, switched_off
@@ -80,7 +80,7 @@ def allocate(
             leave.margin,
             start=begun(plane, start, start_time),
             motion=motion,
-            required=_numbers(require or ()),
+            required=numbers_of(require or (), "--require"),
             regions=regions,
             position_error=leave.error,
             stay=[name for text in stay or () for name in text.split(",") if name],
@@ -118,23 +118,6 @@ def allocate(
             say(str(found.plan.certificate), style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the targets")
     raise typer.Exit(1 if failed else 0)
-
-
-def _numbers(given: Sequence[str]) -> dict[str, int]:
-    """What --require says.
-
-    Raises:
-        FiberplanError: it is not of the form CATEGORY=N, or names a category twice.
-    """
-    found: dict[str, int] = {}
-    for text in given:
-        name, _, count = text.partition("=")
-        if not name or not count.isdecimal():
-            raise FiberplanError(f"--require {text}: expected CATEGORY=N, such as sky=80")
-        if name in found:
-            raise FiberplanError(f"--require {text}: there is a number for {name} already")
-        found[name] = int(count)
-    return found
 
 
 def _facts(found: "Allocation", faults: list[str]) -> dict[str, Any]:

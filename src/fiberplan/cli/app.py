@@ -29,6 +29,7 @@ from fiberplan.cli.replay import replay
 from fiberplan.cli.reproduce import reproduce
 from fiberplan.cli.show import show
 from fiberplan.cli.simulate import simulate
+from fiberplan.cli.survey import survey
 from fiberplan.cli.verify import verify
 from fiberplan.cli.warmup import warmup
 from fiberplan.errors import FiberplanError, interrupted
@@ -49,7 +50,7 @@ app = typer.Typer(
 NUMBERS = {"ignore_unknown_options": True}  # a negative number is one, and no option
 proofs = (verify, replay, diagnose)
 motors = (export, audit, simulate)
-commands = (demo, allocate, plan, *proofs, show, figure, animate, *motors, amend, separate, fold, unwind)
+commands = (demo, allocate, survey, plan, *proofs, show, figure, animate, *motors, amend, separate, fold, unwind)
 for command in (*commands, instruments, planners, reproduce, warmup):
     settings = NUMBERS if command is amend else None
     app.command(epilog=examples_of(command.__name__), context_settings=settings)(command)

@@ -10,6 +10,11 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan allocate sdss all.ecsv --start plan.fits --plan next.fits", "and the motion"),
         ("fiberplan allocate desi all.csv --require sky=40 --regions 10", "4 sky in each tenth"),
     ),
+    "survey": (
+        ("fiberplan survey sdss --demo 4 -o survey", "a made-up sky; open survey/report.html"),
+        ("fiberplan survey sdss all.ecsv fields.ecsv --require sky=80 -o survey", "one's own"),
+        ("fiberplan survey desi --demo 9 --solver heuristic --at-once 2 -o survey", "quicker"),
+    ),
     "plan": (
         ("fiberplan plan sdss field.ecsv --margin 0.8 -o plan.fits", "from folded"),
         ("fiberplan plan sdss next.ecsv --start plan.fits -o next.fits", "from the end of a plan"),

@@ -78,6 +78,25 @@ class Catalogue(Frozen):
     def __len__(self) -> int:
         return len(self.x)
 
+    def some(self, rows: np.ndarray, places: np.ndarray, source: str) -> "Catalogue":
+        """Those in `rows` (k,), at `places` (k, 2) [mm], as the catalogue of that name; rows are known by their ids."""
+        assert self.fiber is not None  # set on construction
+        assert self.category is not None  # likewise
+        chosen = rows.tolist()
+        ids = tuple(self.ids[row] for row in chosen)
+        return Catalogue(
+            x=places[:, 0],
+            y=places[:, 1],
+            ids=ids,
+            priority=self.priority[rows],
+            tier=self.tier[rows],
+            fiber=tuple(self.fiber[row] for row in chosen),
+            category=tuple(self.category[row] for row in chosen),
+            parity=self.parity[rows],
+            source=source,
+            rows=ids,
+        )
+
     def __repr__(self) -> str:
         return f"<Catalogue: {len(self)} targets from '{shortened(self.source)}'>"
 
@@ -95,7 +114,7 @@ class Catalogue(Frozen):
             fields: dict[str, Any] = {name: getattr(given, name) for name in shared}
             return cls(**fields)
         if isinstance(given, Table):
-            return cls._from(input_table(given, "catalogue", TargetError))
+            return cls.from_columns(input_table(given, "catalogue", TargetError))
         if isinstance(given, str | os.PathLike):
             return cls.read(given)
         raise TargetError(f"a catalogue is a table, targets or the path of a file, not {type(given).__name__}")
@@ -110,14 +129,17 @@ class Catalogue(Frozen):
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line that names it.
         """
-        return cls._from(read_table(path, TargetError, wanted=(("x", "y"),)))
+        return cls.from_columns(read_table(path, TargetError, wanted=(("x", "y"),)))
 
     @classmethod
-    def _from(cls, table: InputTable) -> "Catalogue":
+    def from_columns(cls, table: InputTable, places: np.ndarray | None = None) -> "Catalogue":
+        """A catalogue from the columns of a table, which need not have x and y where `places` (m, 2) [mm] are given."""
         columns = ("x", "y", "id", "priority", "tier", "fiber", "category", "parity")
         table.refuse_twins(*columns)
-        table.require("x", "y")
-        fields: dict[str, Any] = {name: table.numbers(name, "mm") for name in ("x", "y")}
+        fields: dict[str, Any] = {} if places is None else {"x": places[:, 0], "y": places[:, 1]}
+        if places is None:
+            table.require("x", "y")
+            fields = {name: table.numbers(name, "mm") for name in ("x", "y")}
         blanks = {"priority": 1.0, "tier": 1.0, "parity": 0.0}
         fields |= {name: table.numbers(name, blank=blank) for name, blank in blanks.items() if name in table}
         if "id" in table:

@@ -27,6 +27,7 @@ from fiberplan.errors import FiberplanError
 from fiberplan.tables.contents import plain_name, read_whole
 
 _KINDS = {"mm": "a length", "rad": "an angle", "rad/s": "a speed of rotation", "rad/s2": "an angular acceleration"}
+_KINDS |= {"rad/yr": "a proper motion", "yr": "a time"}
 _SEPARATED = {".csv", ".tsv", ".tab"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _HEADING = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*$")  # x [mm]

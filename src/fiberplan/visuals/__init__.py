@@ -6,6 +6,7 @@
 - `approaches`: how near arms come to each other over time
 - `heights`: what may lie over what
 - `night_report`: one page of a night of audited motions; `motion_page`: the page of one of them
+- `survey_report`: one page of a survey; `report_page`: what it and that of a night share
 - `figures`: figures of a plan for papers and reports, by kind
 - `film`: a plan as a film
 - `notebook`: plans, focal planes and certificates as notebooks show them

@@ -89,13 +89,17 @@ def save(figure: Figure, path: str | os.PathLike, dpi: int = 160) -> None:
     Raises:
         FiberplanError: the name ends otherwise, or (a PlanError) the file cannot be written.
     """
-    kind = figure_format(path)
+    write_whole(path, rendered(figure, figure_format(path), dpi), PlanError)
+
+
+def rendered(figure: Figure, kind: str, dpi: int = 160) -> bytes:
+    """A figure as bytes of one of `FORMATS`, at so many pixels per inch if it is a PNG."""
     content = io.BytesIO()
     with rc_context(_RC):
         figure.savefig(
             content, format=kind, dpi=dpi, metadata={_DATED[kind]: None}, bbox_inches="tight", pad_inches=0.06
         )
-    write_whole(path, content.getvalue(), PlanError)
+    return content.getvalue()
 
 
 def figure_format(path: str | os.PathLike) -> str:

@@ -1,0 +1,221 @@
+"""Surveys at scale: what ledger and workers cost, two processes against one, kills at random, many fields for real.
+
+Parts, of which --only takes some:
+
+- overhead: CPU of `run` in this process over that of its fields alone, for arrays of 7 and 127 robots (and sdss, with --full)
+- speed-up: wall-clock and CPU seconds of one process and of two; on a machine that is busy the ratio says little
+- kills: a survey of small fields, killed so many times at random moments, each time with all its processes; same bytes?
+- many: so many small fields for real, one process: seconds of CPU and bytes a field, memory
+- pfs: the public PFS list of preliminary targets, in ../shared/data/pfs, over a few fields
+
+Usage: python benchmarks/survey_runs.py [--only PART ...] [--fields N] [--kills N] [--many N] [--full]
+"""
+
+import argparse
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from astropy.table import Table
+
+import fiberplan as fp
+from fiberplan.scenes import clustered_sky
+from fiberplan.survey import Telescope
+
+PFS = Path(__file__).parents[2] / "shared" / "data" / "pfs" / "pfs_preliminary_target_archaeology.dat.gz"
+_CHILD = "--child"
+
+
+class Case(NamedTuple):
+    """A survey to run."""
+
+    inputs: tuple[Any, ...]  #: focal plane, catalogue, fields
+    settings: dict[str, Any]
+
+
+def small_survey(fields: int, rings: int = 1, solver: str = "heuristic") -> Case:
+    """Fields of a made-up sky for a hexagon of so many rings, in chains of ten."""
+    plane = fp.FocalPlane.hexagonal(rings, 22.4)
+    edge = float(np.hypot(*plane.base.T).max()) + 22.4
+    telescope = Telescope("toy", [edge / 0.02], 0.02)
+    sky = clustered_sky(fields, telescope.radius, 8.0 * plane.n, seed=1)
+    settings = {"margin": 0.5, "telescope": telescope, "required": {"sky": 1}, "solver": solver}
+    return Case((plane, *sky), settings)
+
+
+def sdss_survey(fields: int) -> Case:
+    """Fields of a made-up sky for the SDSS-V array."""
+    plane = fp.FocalPlane.load("sdss")
+    sky = clustered_sky(fields, Telescope.load("sdss").radius, 3000.0, seed=1)
+    return Case(
+        (plane, *sky),
+        {"margin": plane.recommended_margin, "required": {"sky": 60}, "regions": 4, "solver": "heuristic"},
+    )
+
+
+def contents(folder: Path) -> dict[str, Any]:
+    """All files, and of the ledger what no clock says, in the order of fields."""
+    files: dict[str, Any] = {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.stem not in ("ledger", "times")
+    }
+    lines = [json.loads(line.split(" ", 1)[1]) for line in (folder / "ledger.jsonl").read_text().splitlines()]
+    files["ledger"] = [lines[0], *sorted((line | {"times": 0} for line in lines[1:]), key=lambda line: line["field"])]
+    return files
+
+
+def overhead(full: bool) -> None:
+    cases = {"7 robots": small_survey(30), "127 robots": small_survey(6, 6)} | (
+        {"sdss": sdss_survey(3)} if full else {}
+    )
+    print("overhead: array       fields  CPU of fields [s]  CPU of run [s]  ledger and driver  tables and report [s]")
+    for name, case in cases.items():
+        with tempfile.TemporaryDirectory() as folder:
+            fp.survey.run(*case.inputs, Path(folder) / "first", at_once=1, **case.settings)  # kernels, imports
+            begun = time.process_time()
+            done = fp.survey.run(*case.inputs, Path(folder) / "timed", at_once=1, **case.settings)
+            whole = time.process_time() - begun
+            begun = time.process_time()
+            fp.survey.run(*case.inputs, Path(folder) / "timed", at_once=1, **case.settings)
+            again = time.process_time() - begun
+        inside = sum(record.times[0] for record in done.records)
+        more = (whole - inside - again) / inside
+        print(f"          {name:<12}{len(done.records):>6}{inside:>17.2f}{whole:>16.2f}{more:>18.1%}{again:>20.2f}")
+
+
+def speed_up(fields: int) -> None:
+    case = small_survey(fields, 4)
+    print(f"speed-up: {fields} fields of 61 robots, load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    wall = {}
+    for many in (1, 2):
+        with tempfile.TemporaryDirectory() as folder:
+            before = _cpu()
+            begun = time.perf_counter()
+            done = fp.survey.run(*case.inputs, folder, None, at_once=many, **case.settings)
+            wall[many] = time.perf_counter() - begun
+            inside = sum(record.times[0] for record in done.records)
+        print(
+            f"          {many} at once: {wall[many]:.1f} s wall, {_cpu() - before:.1f} s CPU, of fields {inside:.1f} s"
+        )
+    print(f"          ratio of wall {wall[1] / wall[2]:.2f}")
+
+
+def _cpu() -> float:
+    both = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(use.ru_utime + use.ru_stime for use in both)
+
+
+def kills(fields: int, count: int, seed: int = 0) -> None:
+    rng = random.Random(seed)
+    case = small_survey(fields)
+    with tempfile.TemporaryDirectory() as folder:
+        whole, ended = Path(folder) / "whole", Path(folder) / "ended"
+        begun = time.perf_counter()
+        fp.survey.run(*case.inputs, whole, at_once=1, **case.settings)
+        seconds = time.perf_counter() - begun
+        progress: list[int] = []
+        for _ in range(count):
+            child = _started(fields, ended)
+            lines = _lines(ended)
+            wanted, deadline = lines + rng.randint(1, max(1, fields // (count + 2))), time.monotonic() + 300
+            while child.poll() is None and _lines(ended) < wanted and time.monotonic() < deadline:
+                time.sleep(0.01)
+            time.sleep(rng.random() * seconds / fields)  # anywhere within a field
+            child.send_signal(signal.SIGKILL)
+            child.wait()
+            progress.append(_lines(ended))
+        code = _started(fields, ended).wait()
+        same = contents(whole) == contents(ended)
+        print(f"kills: {count} of a survey of {fields} fields, at lines {progress}; last exit code {code}")
+        print(f"       {'same bytes as undisturbed' if same else 'FILES DIFFER'}, recorded times aside")
+
+
+def _started(fields: int, folder: Path) -> subprocess.Popen:
+    return subprocess.Popen([sys.executable, __file__, _CHILD, str(fields), str(folder)], stdout=subprocess.DEVNULL)
+
+
+def _lines(folder: Path) -> int:
+    ledger = folder / "ledger.jsonl"
+    return ledger.read_bytes().count(b"\n") if ledger.exists() else 0
+
+
+def many(fields: int) -> None:
+    case = small_survey(fields)
+    with tempfile.TemporaryDirectory() as folder:
+        before, begun = _cpu(), time.perf_counter()
+        done = fp.survey.run(*case.inputs, folder, at_once=1, **case.settings)
+        cpu, wall = _cpu() - before, time.perf_counter() - begun
+        size = sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
+        ledger = (Path(folder) / "ledger.jsonl").stat().st_size
+        begun = time.perf_counter()
+        fp.survey.run(*case.inputs, folder, at_once=1, **case.settings)
+        again = time.perf_counter() - begun
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"many: {done}")
+    print(f"      {fields} fields of 7 robots: {cpu:.0f} s CPU, {wall:.0f} s wall, {cpu / fields:.3f} s CPU a field")
+    print(f"      {size / fields / 1e3:.1f} kB a field, of which ledger {ledger / fields / 1e3:.2f}; {memory:.0f} MiB")
+    print(f"      started again when done: {again:.1f} s")
+
+
+def pfs(fields: int) -> None:
+    if not PFS.exists():
+        print(f"pfs: {PFS} is not here")
+        return
+    listed = Table.read(
+        PFS, format="ascii.no_header", names=("id", "ra", "dec", "exposure", "rank", "mag", "z", "type")
+    )
+    catalogue = Table({"id": listed["id"], "ra": listed["ra"], "dec": listed["dec"]})
+    catalogue["category"] = [f"archaeology-{rank}" for rank in listed["rank"]]
+    catalogue["tier"] = listed["rank"]
+    catalogue["visits"] = np.maximum(1, np.round(listed["exposure"] / 900.0)).astype(int)  # of 15 minutes
+    where = Table({"id": [f"visit-{k}" for k in range(fields)]})
+    where["ra"], where["dec"] = np.mean(catalogue["ra"]), np.mean(catalogue["dec"])
+    for table in (catalogue, where):
+        for name in ("ra", "dec"):
+            table[name].unit = "deg"
+    plane = fp.FocalPlane.load("pfs")
+    with tempfile.TemporaryDirectory() as folder:
+        before = _cpu()
+        done = fp.survey.run(plane, catalogue, where, folder, at_once=1, solver="heuristic", margin=0.0)
+        print(f"pfs: {len(catalogue)} targets, {fields} visits of one field, {_cpu() - before:.1f} s CPU: {done}")
+        print(done.tables()["completeness"])
+        print(done.tables()["fields"]["field", "offered", "observed", "makespan", "lower_bound", "failed"])
+
+
+def main() -> None:
+    if len(sys.argv) > 1 and sys.argv[1] == _CHILD:
+        case = small_survey(int(sys.argv[2]))
+        fp.survey.run(*case.inputs, sys.argv[3], at_once=1, **case.settings)
+        return
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parts = ("overhead", "speed-up", "kills", "many", "pfs")
+    parser.add_argument("--only", nargs="+", choices=parts, default=parts)
+    parser.add_argument("--fields", type=int, default=200, help="of the kills")
+    parser.add_argument("--kills", type=int, default=20)
+    parser.add_argument("--many", type=int, default=1000)
+    parser.add_argument("--full", action="store_true", help="overhead of the SDSS-V array, too")
+    options = parser.parse_args()
+    if "overhead" in options.only:
+        overhead(options.full)
+    if "speed-up" in options.only:
+        speed_up(24)
+    if "kills" in options.only:
+        kills(options.fields, options.kills)
+    if "many" in options.only:
+        many(options.many)
+    if "pfs" in options.only:
+        pfs(3)
+
+
+if __name__ == "__main__":
+    main()
