@@ -4,6 +4,8 @@
 - `violations`: what motors cannot do: ranges, speeds, accelerations
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `clocks`: the same where clocks are off, over all pairs of moments
+- `stalls`: `stalls` and `reaction`: how soon the first contact is if one positioner stops dead while the rest go on
+- `tolerated`: how much more a proven motion tolerates: clocks and arms that are off, stalls
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
@@ -18,16 +20,23 @@ from fiberplan.certificates.guesses import needed_guesses
 from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.over_time import clearance_over_time
 from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
+from fiberplan.certificates.stalls import Stall, Stalls, reaction, stalls
+from fiberplan.certificates.tolerated import Tolerated
 from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
 
 __all__ = [
     "Certificate",
     "Contact",
     "Opening",
+    "Stall",
+    "Stalls",
+    "Tolerated",
     "ZoneEntry",
     "clearance_over_time",
     "needed_guesses",
     "proven_excluded",
     "proven_unreachable",
+    "reaction",
+    "stalls",
     "verify",
 ]
