@@ -24,7 +24,7 @@ PLAN = {
 }  # fmt: skip
 CERTIFICATE = {
     "ok", "summary", "margin", "jitter", "position_error", "pairs", "smallest_clearance", "contacts", "undecided",
-    "resting", "zones", "violations", "opening", "assumptions", "geometry",
+    "resting", "zones", "violations", "opening", "assumptions", "geometry", "tolerates",
 }  # fmt: skip
 LOSS = {"positioner", "id", "outcome", "cause", "priority", "blockers", "names", "distance"}
 DIAGNOSIS = {"losses", "makespan", "lower_bound", "bound_by", "slowest", "pair_bounds", "alpha", "beta", "faults"} | {
@@ -198,10 +198,11 @@ def test_many_losses_are_summed_up():
 
 def test_headline_is_one_line_a_fact(small_plan):
     facts = dict(headline(small_plan))
-    assert list(facts) == ["arrived", "losses", "makespan", "closest pair", "assumptions"]
+    assert list(facts) == ["arrived", "losses", "makespan", "closest pair", "reaction", "assumptions"]
     assert facts["arrived"] == "4 of 6"
     assert facts["losses"] == "2: 1 out of reach; 1 cannot move"
     assert facts["makespan"].startswith("1.0 s: 1.75 x the kinematic bound (0.6 s: ")
+    assert facts["makespan"].endswith("; proven within 74.6 % of the optimum")
     (closest,) = closest_pairs(small_plan)
     assert facts["closest pair"].startswith(
         " and ".join(closest.names) + f": {np.floor(closest.clearance * 1e3) / 1e3}"

@@ -4,6 +4,8 @@
 - `violations`: what motors cannot do: ranges, speeds, accelerations
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `clocks`: the same where clocks are off, over all pairs of moments
+- `reactions`: `stalls` and `reaction`: how soon the first contact is if one positioner stops dead while the rest go on
+- `tolerated`: how much more a proven motion tolerates: clocks and arms that are off, stalls
 - `opening`: `Opening`: pairs that begin nearer than the margin and only come apart
 - `witnesses`: what shows each pair clear, as data that plan files carry
 - `replay`: whether that data is true, by code that shares nothing with all of the above
@@ -28,24 +30,37 @@ if TYPE_CHECKING:
     from fiberplan.certificates.guesses import needed_guesses
     from fiberplan.certificates.opening import Opening
     from fiberplan.certificates.over_time import clearance_over_time
+    from fiberplan.certificates.reactions import Stall, Stalls, reaction, stalls
     from fiberplan.certificates.safety import Certificate, Contact, ZoneEntry, verify
+    from fiberplan.certificates.tolerated import Tolerated
     from fiberplan.certificates.unreachable import proven_excluded, proven_unreachable
 
 __all__ = [
     "Certificate",
     "Contact",
     "Opening",
+    "Stall",
+    "Stalls",
+    "Tolerated",
     "ZoneEntry",
     "clearance_over_time",
     "needed_guesses",
     "proven_excluded",
     "proven_unreachable",
+    "reaction",
+    "stalls",
     "verify",
 ]
 
 _HOME = dict.fromkeys(("Certificate", "Contact", "ZoneEntry", "verify"), "safety")
 _HOME |= dict.fromkeys(("proven_excluded", "proven_unreachable"), "unreachable")
-_HOME |= {"Opening": "opening", "clearance_over_time": "over_time", "needed_guesses": "guesses"}
+_HOME |= dict.fromkeys(("Stall", "Stalls", "reaction", "stalls"), "reactions")
+_HOME |= {
+    "Opening": "opening",
+    "Tolerated": "tolerated",
+    "clearance_over_time": "over_time",
+    "needed_guesses": "guesses",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -21,7 +21,7 @@ _ULP = 2.0**-50  # relative rounding of a moment, generously
 
 
 @leaf
-def _travel(path, i, low, middle, high):
+def travel(path, i, low, middle, high):
     """No farther than this arm i gets from where it is in the middle of a stretch of its motion [mm]."""
     pad = _ULP * (abs(low) + abs(high))
     _, _, _, _, begin = state(path, i, low - pad)
@@ -41,7 +41,7 @@ def box_bound(arms, path, i, j, c0, c1, d0, d1, error):
     a_i, b_i, _, _, _ = state(path, i, c + d)
     a_j, b_j, _, _, _ = state(path, j, c - d)
     now = frames_clearance(arms, i, frame(arms, i, a_i, b_i), j, frame(arms, j, a_j, b_j)) - error
-    used = _travel(path, i, c0 + d0, c + d, c1 + d1) + _travel(path, j, c0 - d1, c - d, c1 - d0)
+    used = travel(path, i, c0 + d0, c + d, c1 + d1) + travel(path, j, c0 - d1, c - d, c1 - d0)
     return now, (now - used - ROUNDING if used < np.inf else -np.inf)
 
 

@@ -6,6 +6,7 @@ answers for each pair: proven safe, in contact, undecided; the last counts as un
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from fiberplan.certificates.bisection import judge
 from fiberplan.certificates.clocks import judge_clocks
 from fiberplan.certificates.opening import Opening, judge_opening
 from fiberplan.certificates.path import Motion, as_motion, rounding, zone_entries
+from fiberplan.certificates.reactions import EVERYONE
+from fiberplan.certificates.tolerated import Subject, Tolerated, tolerated
 from fiberplan.certificates.violations import violations
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
@@ -25,7 +28,6 @@ from fiberplan.tolerances import OPENING
 
 TOLERANCE = 0.01  #: proven clearance is within this of the true smallest [mm] ...
 CAP = 2.0  #: ... for pairs that come within this of the margin [mm]; for others it is only known to be larger
-_EVERYONE = 1e6  # [mm] everything is within this of everything, even of an arm whose speed has no bound
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class Certificate(Frozen):
     opening: tuple[Opening, ...] = ()  #: pairs that begin nearer than the margin and are proven only to come apart
     assumptions: tuple[str, ...] = ()  #: what the proof rests on, in words; empty if nothing
     geometry: Geometry | None = None  #: which arms, bodies and obstacles it is about; None: not said (older files)
+    subject: Subject | None = field(default=None, repr=False)  #: the motion, and of which array; None: a mere record
 
     def __post_init__(self) -> None:
         for name, dtype in (("pairs", np.int64), ("clearance", float)):
@@ -86,6 +89,23 @@ class Certificate(Frozen):
     def smallest(self) -> float:
         """Proven lower bound of the clearance of any pair looked at [mm]; inf if there is none."""
         return float(min(self.clearance.min(initial=np.inf), self.obstacle_clearance.min(initial=np.inf)))
+
+    @cached_property
+    def tolerates(self) -> Tolerated:
+        """What the motion tolerates at margin 0, beyond what is allowed for: clocks, arms that are off, stalls.
+
+        Raises:
+            TrajectoryError: the motion is not known, as of a certificate that was read as a record.
+        """
+        subject, wide, looked = self.subject, self, self.margin
+        if subject is None:
+            raise TrajectoryError("a certificate that was read as a record has no motion: verify the motion")
+        if not self.jitter:  # clearances are known up to a little above the margin: look farther
+            looked += CAP
+            wide = verify(subject.plane, subject.trajectory, looked, position_error=subject.errors)
+        gaps = np.concatenate([wide.clearance, wide.obstacle_clearance])
+        pairs = np.concatenate([wide.pairs, wide.obstacle_pairs * [1, -1] - [0, 1]])
+        return tolerated(subject, self.jitter, pairs, gaps, looked)
 
     def __str__(self) -> str:
         count = len(self.pairs) + len(self.obstacle_pairs)
@@ -146,7 +166,7 @@ def verify(
     drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
     errors = np.concatenate([error, np.zeros(len(plane.obstacles))])
     errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))
-    widest = margin + 2.0 * min(float(errors.max(initial=0.0)) + drift, _EVERYONE)
+    widest = margin + 2.0 * min(float(errors.max(initial=0.0)) + drift, EVERYONE)
     pairs = plane.arm_pairs_within(widest + 1e-6)
     low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
     if jitter and not (low >= margin).all():
@@ -189,6 +209,7 @@ def verify(
         opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
         assumptions=(*_assumptions(plane), *executed.assumptions),
         geometry=geometry_of(plane),
+        subject=Subject(judged, trajectory, read_only(error)),
     )
 
 

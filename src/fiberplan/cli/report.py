@@ -202,8 +202,42 @@ def certificate_facts(plane: "FocalPlane", certificate: "Certificate") -> dict[s
             for pair in certificate.opening
         ],
         "assumptions": certificate.assumptions,
+        "tolerates": _tolerated(plane, certificate) if certificate.ok else None,
         "geometry": None if certificate.geometry is None else asdict(certificate.geometry),
     }
+
+
+def _tolerated(plane: "FocalPlane", certificate: "Certificate") -> dict[str, Any]:
+    """What a motion tolerates beyond what its certificate allows for."""
+    found = certificate.tolerates
+    stall, nobody = found.reaction, -1 - len(plane.obstacles)
+    return {
+        "jitter": found.jitter,
+        "position_error": found.position_error,
+        "reaction": stall.seconds,
+        "stops": plane.ids[stall.positioner] if stall.positioner >= 0 else None,
+        "touches": plane.ids[stall.other] if stall.other >= 0 else None,
+        "moment": stall.moment,
+        "critical": [
+            {"positioner": plane.ids[i], "neighbour": plane.label(int(j)), "position_error": float(found.room[i])}
+            for i, j in enumerate(found.critical)
+            if j != nobody
+        ],
+    }
+
+
+def tolerated(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:
+    """A line on what a safe motion tolerates before anything touches."""
+    if certificate.ok:
+        found = certificate.tolerates
+        stall = found.reaction
+        who = ""
+        if stall.positioner >= 0:
+            who = f" ({plane.ids[stall.positioner]} stops, {plane.ids[stall.other]} touches it)"
+        yield (
+            f"before anything touches: clocks off by {1e3 * found.jitter:.1f} ms, or arms by "
+            f"{found.position_error:.3f} mm, or one that stops dead for {stall.seconds:.3f} s{who}"
+        )
 
 
 def plan_facts(plan: "Plan", faults: list[str]) -> dict[str, Any]:

@@ -8,7 +8,16 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
-from fiberplan.cli.report import about, assumptions, cautions, certificate_facts, findings, openings, unknown_facts
+from fiberplan.cli.report import (
+    about,
+    assumptions,
+    cautions,
+    certificate_facts,
+    findings,
+    openings,
+    tolerated,
+    unknown_facts,
+)
 
 
 def verify(
@@ -68,7 +77,7 @@ def verify(
         say(line, style="yellow")
     for note in notes:
         say(f"note: {note}")
-    for line in (*openings(plane, certificate), *assumptions(read, certificate)):
+    for line in (*openings(plane, certificate), *assumptions(read, certificate), *tolerated(plane, certificate)):
         say(line)
     verdict = str(certificate) if safe or not certificate.ok else "not as stated"
     say("; ".join([verdict, *about(certificate)]), style="green" if safe else "red")

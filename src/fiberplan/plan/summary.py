@@ -29,6 +29,8 @@ def summary(plan: "Plan") -> str:
         lines.extend(_listed(outcome.name.lower(), [loss for loss in lost if loss.outcome is outcome]))
     lines.extend(displaced(plan))
     lines.extend(plan.problem.left_out)
+    if plan.certificate.ok:
+        lines.append(f"reaction time {reaction_said(plan)}")
     lines.append(str(plan.certificate))
     return "\n".join(lines)
 
@@ -36,7 +38,8 @@ def summary(plan: "Plan") -> str:
 def headline(plan: "Plan") -> tuple[tuple[str, str], ...]:
     """The few facts that tell a good plan from a bad one, each with its name.
 
-    Who arrived, losses by cause, makespan over the bounds, the closest pair, how many assumptions the proof rests on.
+    Who arrived, losses by cause, makespan over the bounds, the closest pair, how soon the first contact is if one stops
+    dead, how many assumptions the proof rests on.
     """
     lost = [loss for loss in losses(plan) if loss.positioner in plan.lost]
     causes = Counter(re.split("[:;]", loss.cause, maxsplit=1)[0] for loss in lost)  # numbers and names come after
@@ -47,10 +50,30 @@ def headline(plan: "Plan") -> tuple[tuple[str, str], ...]:
     return (
         ("arrived", plan.arrivals),
         ("losses", f"{len(lost)}: {'; '.join(counted)}" if lost else "none"),
-        ("makespan", f"{plan.makespan:.1f} s" + (f": {', '.join(over)}" if over else "")),
+        ("makespan", f"{plan.makespan:.1f} s" + (f": {', '.join(over)}" if over else "") + _at_most(plan)),
         ("closest pair", (closest[0] if closest else "nobody is within reach of anybody") + margin),
+        ("reaction", reaction_said(plan) if plan.certificate.ok else "not safe as it is"),
         ("assumptions", str(len(plan.certificate.assumptions) or "none")),
     )
+
+
+def reaction_said(plan: "Plan") -> str:
+    """How soon the first contact is if one stops dead at the worst moment, in words."""
+    stall = plan.certificate.tolerates.reaction
+    if stall.seconds == np.inf:
+        return "unlimited: whoever stops dead, nobody touches it"
+    stops, touches = (plan.problem.plane.ids[i] for i in (stall.positioner, stall.other))
+    seconds = np.floor(stall.seconds * 1e3) / 1e3
+    return f"{seconds:.3f} s: {touches} touches {stops}, if that stops dead at {stall.moment:.3f} s"
+
+
+def _at_most(plan: "Plan") -> str:
+    """How far above the optimum the makespan is at most, by the largest bound that is proven."""
+    proven = max((bound.seconds for bound in leading_bounds(plan) if bound.proven), default=0.0)
+    if not proven > 0:
+        return ""
+    percent = np.ceil(1e3 * (plan.makespan / proven - 1.0) - 1e-6) / 10.0
+    return f"; proven within {max(percent, 0.0):.1f} % of the optimum"
 
 
 def _over(plan: "Plan", bound: Bound) -> str:
