@@ -63,7 +63,7 @@ docs-check: docs $(VENV)/.test ## the built manual's accessibility, page by page
 	$(BIN)/python docs/accessibility.py $(DOCS)
 
 picture: demo ## the film of the README: a plan from field to field of the sdss array
-	$(BIN)/fiberplan animate demo/plan.fits --speed 6 --fps 10 --size 420 -o docs/plan.gif
+	$(BIN)/fiberplan animate demo/plan.fits --speed 8 --fps 8 --size 560 -o docs/plan.gif
 
 browser: ## Chromium, for the test of the HTML page
 	@for name in $(CHROMIUM); do command -v $$name >/dev/null && exit 0; done; \
