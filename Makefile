@@ -4,7 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 CHROMIUM := chromium chromium-browser google-chrome
 
-.PHONY: demo test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey bench-proofs picture browser format clean
+DOCS := docs/_build/html
+
+.PHONY: demo docs docs-check test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey bench-proofs picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -54,8 +56,14 @@ bench-premises: $(VENV)/.installed ## starts, machines and targets as they are; 
 bench-page: $(VENV)/.test ## the HTML page: its size, how soon it opens, frames a second; needs Chromium
 	$(BIN)/python benchmarks/page.py $(OPTIONS)
 
-picture: demo ## the picture of the README
-	$(BIN)/python docs/picture.py demo/plan.fits docs/plan.png
+docs: $(VENV)/.docs ## the manual as a web site: docs/_build/html/docs/index.html; every example is run, and a warning is an error
+	$(BIN)/sphinx-build -q -W --keep-going -b html -c docs . $(DOCS)
+
+docs-check: docs $(VENV)/.test ## the built manual's accessibility, page by page; needs Chromium
+	$(BIN)/python docs/accessibility.py $(DOCS)
+
+picture: demo ## the film of the README: a plan from field to field of the sdss array
+	$(BIN)/fiberplan animate demo/plan.fits --speed 8 --fps 8 --size 560 -o docs/plan.gif
 
 browser: ## Chromium, for the test of the HTML page
 	@for name in $(CHROMIUM); do command -v $$name >/dev/null && exit 0; done; \
@@ -70,7 +78,7 @@ format: $(VENV)/.test
 	$(BIN)/ruff check --fix
 
 clean: ## everything that make made
-	rm -rf $(VENV) demo build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
+	rm -rf $(VENV) demo docs/_build docs/_examples build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage
 	find src tests benchmarks docs -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(BIN)/python:
@@ -83,4 +91,8 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.docs: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs,proof]'
 	@touch $@ $(VENV)/.installed

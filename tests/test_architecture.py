@@ -69,7 +69,8 @@ def test_rules_of_a_room_are_contracts():
 @pytest.mark.parametrize("page", PROSE, ids=lambda path: path.name)
 def test_files_and_names_that_prose_points_to_exist(page):
     text = page.read_text()
-    linked = {link for link in re.findall(r"\]\(((?!http|#)[^)]+)\)", text) if not (page.parent / link).exists()}
+    links = {link.partition("#")[0] for link in re.findall(r"\]\(((?!http|#)[^)]+)\)", text)}
+    linked = {link for link in links if not (page.parent / link).exists()}
     paths = set(re.findall(r"`((?:\w[\w-]*/)+[\w-]+\.(?:py|md|toml|yml))[`:]", text))
     missing = {path for path in paths if not ((ROOT / path).exists() or (SOURCE / path).exists())}
     dotted = {name for name in re.findall(r"`(fiberplan(?:\.\w+)+)`", text) if not exists("fiberplan", name)}

@@ -54,8 +54,9 @@ def files_of(archive):
 
 
 def tracked(folder):
-    """Files of a folder that belong to the project: neither caches nor anything hidden."""
-    paths = [p for p in (ROOT / folder).rglob("*") if p.is_file() and "__pycache__" not in p.parts]
+    """Files of a folder that belong to the project: neither caches nor what is built."""
+    made = {"__pycache__", "_build", "_examples"}
+    paths = [p for p in (ROOT / folder).rglob("*") if p.is_file() and not made & {*p.parts}]
     return {str(p.relative_to(ROOT)) for p in paths if p.suffix not in {".nbi", ".nbc", ".pyc"}}
 
 
