@@ -2,7 +2,7 @@
 
 Parts, of which --only takes some:
 
-- overhead: CPU of `run` in this process over that of its fields alone, for arrays of 7 and 127 robots (and sdss, with --full)
+- overhead: CPU of `run` in this process over that of its fields alone, for 7 and 127 robots (and sdss, with --full)
 - speed-up: wall-clock and CPU seconds of one process and of two; on a machine that is busy the ratio says little
 - kills: a survey of small fields, killed so many times at random moments, each time with all its processes; same bytes?
 - many: so many small fields for real, one process: seconds of CPU and bytes a field, memory
