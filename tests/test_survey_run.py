@@ -172,7 +172,8 @@ class Dying(Here):
 
 
 def test_a_worker_that_dies_costs_a_try(done, tmp_path):
-    assert died(BrokenExecutor()) and died(MemoryError()) and not died(ValueError())
+    assert died(BrokenExecutor())
+    assert not died(ValueError())
     survey = surveyed(tmp_path, Dying({2, 3}, MemoryError))
     assert content(tmp_path) == content(done[1])
     assert sorted(survey.tables()["times"]["tries"].tolist()) == [1, 1, 1, 3]
