@@ -2,7 +2,7 @@
 
 Parts, of which --only takes some:
 
-- overhead: CPU of `run` in this process over that of its fields alone, for 7 and 127 robots (and sdss, with --full)
+- overhead: CPU of `run` in this process over that of its fields alone, 7 and 127 robots (and sdss, with --full)
 - speed-up: wall-clock and CPU seconds of one process and of two; on a machine that is busy the ratio says little
 - kills: a survey of small fields, killed so many times at random moments, each time with all its processes; same bytes?
 - many: so many small fields for real, one process: seconds of CPU and bytes a field, memory
@@ -47,7 +47,7 @@ def small_survey(fields: int, rings: int = 1, solver: str = "heuristic") -> Case
     plane = fp.FocalPlane.hexagonal(rings, 22.4)
     edge = float(np.hypot(*plane.base.T).max()) + 22.4
     telescope = Telescope("toy", [edge / 0.02], 0.02)
-    sky = clustered_sky(fields, telescope.radius, 8.0 * plane.n, seed=1)
+    sky = clustered_sky(fields, telescope.radius, 3.0 * plane.n, seed=1)
     settings = {"margin": 0.5, "telescope": telescope, "required": {"sky": 1}, "solver": solver}
     return Case((plane, *sky), settings)
 
@@ -75,9 +75,9 @@ def contents(folder: Path) -> dict[str, Any]:
 
 
 def overhead(full: bool) -> None:
-    cases = {"7 robots": small_survey(30), "127 robots": small_survey(6, 6)} | (
-        {"sdss": sdss_survey(3)} if full else {}
-    )
+    cases = {"7 robots": small_survey(30), "127 robots": small_survey(6, 6)}
+    if full:
+        cases["sdss"] = sdss_survey(3)
     print("overhead: array       fields  CPU of fields [s]  CPU of run [s]  ledger and driver  tables and report [s]")
     for name, case in cases.items():
         with tempfile.TemporaryDirectory() as folder:
