@@ -116,8 +116,12 @@ def test_packed_tables_and_plans(tmp_path, small_plane, small_plan):
 def test_a_record_of_sdss(tmp_path):
     plane = fp.FocalPlane.load(SMALL)
     text = (SMALL / "confSummary-small.par").read_text()
-    targets = fp.Targets.read(SMALL / "confSummary-small.par")
-    state = fp.State.read(SMALL / "confSummary-small.par", plane)
+    with pytest.raises(ProblemError, match=r"angles and positions of the same rows disagree .* calibration\?$"):
+        fp.State.read(SMALL / "confSummary-small.par", plane)  # its positions are of no arm
+    text = text.replace("3.25 4.5", "-16.137 9.8863").replace("12.5 18.75", "-4.0312 32.5883")
+    (tmp_path / "record.par").write_text(text)
+    targets = fp.Targets.read(tmp_path / "record.par")
+    state = fp.State.read(tmp_path / "record.par", plane)
     known = targets.indices(plane)
     np.testing.assert_allclose(state.angles[known], targets.angles)
     assert np.flatnonzero(state.unknown).tolist() == sorted(plane.names[id_] for id_ in targets.offline)
@@ -148,3 +152,27 @@ def test_a_field_of_moons(tmp_path):
     np.testing.assert_allclose(plane.fibers(state.angles)[:2], np.stack([targets.x, targets.y], axis=1), atol=1e-9)
     assert state.angles[0, 1] * state.angles[1, 1] < 0  # other elbows, as the file asks
     assert state.unknown.tolist() == [False, False, True]
+
+
+@pytest.mark.parametrize("column", ["x", "X"])
+def test_angles_and_places_of_a_start_are_compared(tmp_path, small_plane, column):
+    """Whose angles put its fiber far from where the same row says it is stands nobody knows where."""
+    ends = small_plane.fibers(np.radians([[float(v) for v in row.split(",")[1:]] for row in ANGLES]))
+    ends[1, 0] += 3.0
+    ends[3, 0] += 7.0
+    rows = [f"{row},{x:.4f},{y:.4f}" for row, (x, y) in zip(ANGLES, ends, strict=True)]
+    state = fp.State.read(table(tmp_path, rows, f"positioner,alpha,beta,{column},y"), small_plane)
+    assert np.flatnonzero(state.unknown).tolist() == [3]
+    assert not state.online[3]
+    assert any("7.000 mm from its position (R0C2 in line 5), so that nobody knows" in note for note in state.notes)
+    problem = fp.Problem(small_plane, state, np.full((7, 2), np.nan), 0.3)
+    assert any("R-1C2 in line 3 3.000 mm" in text for text in problem.assumptions)
+    assert "from its position" not in "".join(problem.assumptions)
+
+    rows = [f"{row},{x + 1:.4f},{y:.4f}" for row, (x, y) in zip(ANGLES, ends, strict=True)]
+    other = table(tmp_path, rows, "positioner,alpha,beta,x,y")
+    with pytest.raises(
+        ProblemError,
+        match=r"disagree on .*: median 1\.000 mm, largest 8\.000 mm .*of 7 rows; another instrument or calibration\?$",
+    ):
+        fp.State.read(other, small_plane)

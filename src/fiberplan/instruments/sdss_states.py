@@ -19,6 +19,8 @@ class Standing(NamedTuple):
     angles: np.ndarray  #: (n, 2) commanded [rad]; NaN where the record has none that is valid
     disabled: np.ndarray  #: (n,) False in records without such a column
     numbers: tuple[str, ...] | None  #: (n,) of the robots; None in records without such a column
+    points: np.ndarray | None  #: (n, 2) of those fibers [mm]; NaN where the record has none
+    fibers: tuple[str, ...]  #: (n,) which those are; "": metrology
 
 
 def standing(path: Path, content: bytes) -> Standing:
@@ -38,6 +40,10 @@ def standing(path: Path, content: bytes) -> Standing:
     rows = list(chosen.values())
     angles = np.stack([table.numbers(name, blank=np.nan)[rows] for name in ("alpha", "beta")], axis=1)
     known = (table.numbers("valid")[rows] != 0) & (angles > _ABSENT).all(axis=1)
+    points = None
+    if "xwok" in table and "ywok" in table:
+        points = np.stack([table.numbers(name, blank=np.nan)[rows] for name in ("xwok", "ywok")], axis=1)
+        points[(points <= _ABSENT).any(axis=1)] = np.nan
     disabled = np.zeros(len(holes), bool)
     if "disabled" in table:
         stopped = {holes[row] for row in np.flatnonzero(table.flags("disabled", blank=False)).tolist()}
@@ -48,4 +54,6 @@ def standing(path: Path, content: bytes) -> Standing:
         np.radians(np.where(known[:, None], angles, np.nan)),
         disabled[rows],
         None if numbers is None else tuple(numbers[row] for row in rows),
+        points,
+        tuple("" if kinds[row] == "METROLOGY" else kinds[row].lower() for row in rows),
     )

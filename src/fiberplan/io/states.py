@@ -24,7 +24,7 @@ from fiberplan.instruments.sdss_states import standing
 from fiberplan.io.plan_file import is_plan, plan_from_bytes
 from fiberplan.plan import Plan
 from fiberplan.problem import State, Targets
-from fiberplan.problem.agreement import second_names_agree
+from fiberplan.problem.agreement import Agreement, second_names_agree, state_agrees
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.contents import plain_name, read_whole
 from fiberplan.tables.formats import content_format
@@ -44,6 +44,8 @@ class _Rows(NamedTuple):
     guessed: np.ndarray | None = None  #: (k,) whose angles are a guess
     why: str = "offline"  #: what they are who cannot move
     numbers: Sequence[str] | None = None  #: (k,) what else the source calls them
+    points: np.ndarray | None = None  #: (k, 2) where the source puts their fibers [mm]; NaN: not said
+    fibers: Sequence[str] | None = None  #: (k,) which fibers; "": the default one
 
 
 def read_state(source: object, plane: FocalPlane, at: float | None = None) -> State:
@@ -105,7 +107,16 @@ def _of_file(path: Path, plane: FocalPlane, at: float | None) -> _Rows:
         _refuse_moment(path, at, "a record")
         record = standing(path, content)
         why = "disabled, so offline,"
-        return _Rows(record.ids, record.rows, record.angles, ~record.disabled, why=why, numbers=record.numbers)
+        return _Rows(
+            record.ids,
+            record.rows,
+            record.angles,
+            ~record.disabled,
+            why=why,
+            numbers=record.numbers,
+            points=record.points,
+            fibers=record.fibers,
+        )
     known = content_format(TARGET_FILES, path, content)
     if known is not None:
         _refuse_moment(path, at, "a field")
@@ -153,7 +164,11 @@ def _of_table(table: InputTable, at: float | None) -> _Rows:
         error = table.numbers("position_error", "mm", blank=0.0)
         for row in np.flatnonzero(error < 0):
             raise table.fail(int(row), f"position_error is {error[row]:g}, expected 0 mm or more")
-    return _Rows(ids, table.rows, angles, online, error)
+    points = None
+    if "x" in table and "y" in table:
+        points = np.stack([table.numbers(name, "mm", blank=np.nan) for name in ("x", "y")], axis=1)
+    fibers = table.texts("fiber", blank="") if "fiber" in table else None
+    return _Rows(ids, table.rows, angles, online, error, points=points, fibers=fibers)
 
 
 def _of_motion(table: InputTable, ids: Sequence[str], angles: np.ndarray, at: float | None) -> _Rows:
@@ -205,19 +220,27 @@ def _arranged(plane: FocalPlane, source: str, said: _Rows) -> State:
         if said.online is not None and not said.online[k]:
             stopped += [i] if plane.online[i] else []
             online[i] = False
-    lacking = np.isnan(angles).any(axis=1)
+    who = np.array(list(rows), np.int64)
+    try:
+        notes = list(second_names_agree(plane, who, said.numbers, source))
+        agreed = Agreement()
+        if said.points is not None:
+            stated = (said.angles, said.points, said.fibers, said.online)
+            agreed = state_agrees(plane, who, said.where, *stated, source)
+    except TargetError as refusal:
+        raise ProblemError(str(refusal).partition(" --prefer")[0]) from None
+    unsaid = np.isnan(angles).any(axis=1)
+    if unsaid.any():
+        absent = _listed(plane, np.flatnonzero(unsaid).tolist())
+        notes.append(f"no angles in {source} for {absent}: taken as offline and folded")
+    notes += [*agreed.notes, *(f"{why}: taken as offline and folded" for why in agreed.apart.values())]
+    lacking = unsaid.copy()
+    lacking[who[list(agreed.apart)]] = True
     angles[lacking] = plane.folded[lacking]
     online &= ~lacking
-    try:
-        notes = list(second_names_agree(plane, list(rows), said.numbers, source))  # type: ignore[arg-type]
-    except TargetError as refusal:
-        raise ProblemError(str(refusal).partition("; another array?")[0]) from None
-    if lacking.any():
-        who = np.flatnonzero(lacking).tolist()
-        notes.append(f"no angles in {source} for {_listed(plane, who)}: taken as offline and folded")
     if others := [i for i in stopped if not lacking[i]]:
         notes.append(f"{said.why} in {source}: {_listed(plane, others)}")
-    return State(angles, online, error, unknown | lacking, source, tuple(notes))
+    return State(angles, online, error, unknown | lacking, source, tuple(notes), agreed.named)
 
 
 def _listed(plane: FocalPlane, who: Sequence[int]) -> str:

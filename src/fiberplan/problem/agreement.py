@@ -125,6 +125,45 @@ def agreement(away: np.ndarray, names: Sequence[str], source: str, plane: str, p
     return Agreement((said, *named), named, apart)
 
 
+def state_agrees(
+    plane: FocalPlane,
+    who: np.ndarray,
+    where: Sequence[str],
+    angles: np.ndarray,
+    points: np.ndarray,
+    fibers: Sequence[str] | None,
+    online: np.ndarray | None,
+    source: str,
+) -> Agreement:
+    """How well angles and positions of a state agree; who cannot move may have lost the target that its row names.
+
+    Args:
+        plane: whose geometry to use.
+        who: (m,) positioner of each row; none twice.
+        where: (m,) "line 7", for messages.
+        angles: (m, 2) commanded [rad]; NaN: not said.
+        points: (m, 2) where its fiber is [mm]; NaN: not said.
+        fibers: (m,) which fiber; "", or None for all: the default one.
+        online: (m,) whether it can move; None: all can.
+        source: of the rows.
+
+    Raises:
+        TargetError: most rows disagree: they are of another focal plane.
+    """
+    known = {"": ""} | {name.lower(): name for name in plane.fiber_offsets}
+    named = [name.lower() for name in fibers or [""] * len(who)]
+    there = np.array([name in known for name in named], bool)
+    points = np.where(there[:, None], points, np.nan)
+    away = distances(plane, who, [known.get(name, "") for name in named], angles, points)
+    if online is not None:
+        away = np.where(~online & (away > NAMED), np.nan, away)
+    names = [f"{plane.ids[i]} in {row}" for i, row in zip(who, where, strict=True)]
+    found = agreement(away, names, source, plane.name, None)
+    unknown = ", so that nobody knows where it stands"
+    apart = {row: why.partition("; --")[0] + unknown for row, why in found.apart.items()}
+    return Agreement(found.notes, found.named, apart)
+
+
 def _listed(rows: Sequence[int], away: np.ndarray, names: Sequence[str]) -> str:
     shown = ", ".join(f"{names[row]} {away[row]:.3f} mm" for row in rows[:_LISTED])
     return shown + (f" and {len(rows) - _LISTED} more" if len(rows) > _LISTED else "")

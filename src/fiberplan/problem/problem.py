@@ -52,7 +52,7 @@ def _with_unknown(plane: FocalPlane, targets: Targets, start: np.ndarray | State
         online[i] = False
         if start is None:
             at[i], unknown[i] = (plane.folded[i], True) if np.isnan(pose).any() else (pose, False)
-    state = State(at, online, state.position_error, unknown, state.source)
+    state = dataclasses.replace(state, angles=at, online=online, unknown=unknown)
     texts = []
     for i, (_, row) in disabled.items():
         alpha, beta = np.degrees(at[i])
@@ -67,7 +67,7 @@ def _with_unknown(plane: FocalPlane, targets: Targets, start: np.ndarray | State
             f"positioner '{id_}': its position is unknown in {targets.source}, so it is taken as offline, "
             f"{'folded' if state.unknown[i] else 'where the start says'}, at alpha {alpha:.6g}, beta {beta:.6g} deg"
         )
-    return State(state.angles, online, state.position_error, state.unknown, state.source, tuple(notes))
+    return dataclasses.replace(state, online=online, notes=tuple(notes))
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Problem(Frozen):
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "position_error", np.maximum(given, state.position_error))
         object.__setattr__(self, "notes", (*self.notes, *state.notes))
-        object.__setattr__(self, "assumptions", (*self.assumptions, *guesses))
+        object.__setattr__(self, "assumptions", (*self.assumptions, *state.assumptions, *guesses))
 
     def _check_values(self) -> None:
         """Arrays through the door, and values that can be meant."""

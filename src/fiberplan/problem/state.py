@@ -1,5 +1,6 @@
 """Where everyone stands, who can move, and how well that is known."""
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ class State(Frozen):
     """(n,) True: nobody knows where it stands, `angles` is a guess; all False unless given."""
     source: str = "state"  #: a file, for messages
     notes: tuple[str, ...] = ()  #: one sentence each
+    assumptions: tuple[str, ...] = ()  #: of them, what a proof rests on that begins here
 
     def __post_init__(self) -> None:
         angles = read_only(self.angles, unit="rad", name="state angles", error=ProblemError)
@@ -47,6 +49,7 @@ class State(Frozen):
         if bad.any():
             raise ProblemError(f"{self.source}: a position error is {self.position_error[bad][0]:g} mm, not 0 or more")
         object.__setattr__(self, "notes", tuple(self.notes))
+        object.__setattr__(self, "assumptions", tuple(self.assumptions))
 
     @classmethod
     def folded(cls, plane: FocalPlane) -> "State":
@@ -84,7 +87,7 @@ class State(Frozen):
         online[list(who)] = False
         names = ", ".join(plane.ids[i] for i in who)
         note = f"offline, {why}: {names}"
-        return State(self.angles, online, self.position_error, self.unknown, self.source, (*self.notes, note))
+        return dataclasses.replace(self, online=online, notes=(*self.notes, note))
 
     def __repr__(self) -> str:
         n = len(self.angles)
