@@ -77,8 +77,8 @@ def verify(
         say(line, style="yellow")
     for note in notes:
         say(f"note: {note}")
-    for line in (*openings(plane, certificate), *assumptions(read, certificate), *tolerated(plane, certificate)):
+    for line in (*openings(plane, certificate), *assumptions(read, certificate)):
         say(line)
     verdict = str(certificate) if safe or not certificate.ok else "not as stated"
-    say("; ".join([verdict, *about(certificate)]), style="green" if safe else "red")
+    say("; ".join([verdict, *about(certificate), *tolerated(plane, certificate)]), style="green" if safe else "red")
     raise typer.Exit(0 if safe else 1)
