@@ -11,9 +11,9 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("fiberplan allocate desi all.csv --require sky=40 --regions 10", "4 sky in each tenth"),
     ),
     "survey": (
-        ("fiberplan survey sdss --demo 4 -o survey", "a sky that is made up"),
-        ("fiberplan survey sdss all.ecsv fields.ecsv --require sky=80 -o survey", "one's own"),
-        ("fiberplan survey desi --demo 9 --solver heuristic -o survey", "quicker"),
+        ("fiberplan survey sdss --demo 4 -o out", "a made-up sky: out/report.html"),
+        ("fiberplan survey sdss all.ecsv fields.ecsv -o out", "one's own"),
+        ("fiberplan survey desi --demo 9 --solver heuristic -o out", "quicker"),
     ),
     "plan": (
         ("fiberplan plan sdss field.ecsv --margin 0.8 -o plan.fits", "from folded"),
