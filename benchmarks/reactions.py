@@ -29,11 +29,8 @@ def main() -> None:
     }
     if options.least is not None:
         planners[f"direct, {options.least:g} s"] = fp.planners.Direct(min_reaction=options.least)
-    print(
-        f"{'planner':<16} {'margin':>6} {'arrived':>12} {'time s':>7} {'react s':>8} {'median s':>8} {'CPU s':>6}",
-        end="",
-    )
-    print(f" {'reaction CPU':>12} {'of each CPU':>11}")
+    heads = ("margin", "arrived", "time s", "react s", "median s", "CPU s", "its CPU s", "all CPU s")
+    print(f"{'planner':<16} " + " ".join(f"{head:>10}" for head in heads))
     for margin in (0.0, 1.0):
         for field in range(options.fields):
             start, goal = (uniform_field(plane, 2 * field + k, margin) for k in (0, 1))
@@ -42,8 +39,9 @@ def main() -> None:
                 assert plan.certificate.ok
                 soon, _, found = timed(lambda: reaction(plane, plan.trajectory))  # noqa: B023
                 each, _, all_of_them = timed(lambda: stalls(plane, plan.trajectory))  # noqa: B023
-                print(f"{name:<16} {margin:6.1f} {plan.arrivals:>12} {plan.makespan:7.2f} {found.seconds:8.3f}", end="")
-                print(f" {np.median(all_of_them.seconds):8.2f} {cpu:6.2f} {soon:12.3f} {each:11.2f}", flush=True)
+                numbers = (plan.makespan, found.seconds, np.median(all_of_them.seconds), cpu, soon, each)
+                print(f"{name:<16} {margin:10.1f} {plan.arrivals:>10} ", end="")
+                print(" ".join(f"{number:10.3f}" for number in numbers), flush=True)
 
 
 if __name__ == "__main__":

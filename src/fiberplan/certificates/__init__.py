@@ -18,7 +18,7 @@
 - `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
-  and what they join
+  and what they join; `replay_infeasible`: the replay of what these prove, from a plan file
 
 Names are imported when they are first used, so that a replay needs no kernel.
 """

@@ -16,6 +16,7 @@ import numpy as np
 from flint import acb, arb
 
 from fiberplan.certificates.replay import BadFileError, Claims, everywhere
+from fiberplan.certificates.replay_infeasible import has_proof, unfounded
 
 RANGE, SPEED, SAME_START = 1e-9, 1e-9, 1e-9  #: [rad], part of the limit, [rad]: so far off is not off
 START_RANGE = 8.8e-3  #: a joint may begin this far out of its range, and then only comes back [rad]
@@ -37,6 +38,8 @@ def faults(claims: Claims) -> Iterator[str]:
         yield from _limits(claims)
         yield from _sliders(claims)
         yield from _outcomes(claims)
+        for i in _infeasible(claims):
+            yield from unfounded(claims, label(claims, i), i) if has_proof(claims, i) else ()
         yield from _openings(claims)
     except (LookupError, TypeError, AttributeError, ValueError) as error:
         raise BadFileError(f"cannot be used ({error})") from None
@@ -44,7 +47,7 @@ def faults(claims: Claims) -> Iterator[str]:
 
 def not_replayed(claims: Claims) -> Iterator[str]:
     """What the file claims, or asks of motors, and a replay says nothing of."""
-    count = _words(claims, "outcome").count("INFEASIBLE")
+    count = sum(not has_proof(claims, i) for i in _infeasible(claims))
     if count:
         yield f"{count} losses are said to be proven, without a proof in the file: losses without a claimed proof"
     for name, what in (("max_acceleration", "accelerations"), ("min_speed", "least speeds")):
@@ -52,6 +55,11 @@ def not_replayed(claims: Claims) -> Iterator[str]:
             yield f"limits of {what} are not replayed; `fiberplan verify` has them"
     if claims.said.get("bounds"):
         yield "bounds of the makespan are not replayed"
+
+
+def _infeasible(claims: Claims) -> list[int]:
+    """Positioners that are said to be unable to reach their goals."""
+    return [i for i, outcome in enumerate(_words(claims, "outcome")) if outcome == "INFEASIBLE"]
 
 
 def label(claims: Claims, arm: int) -> str:

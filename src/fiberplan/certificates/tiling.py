@@ -81,6 +81,18 @@ class Tiling:
         self._beside.append(self._touching(layer, [*self.clear, layer]))
         self.clear.append(layer)
 
+    def region(self, start: np.ndarray) -> np.ndarray:
+        """(m, 2, 2) the clear boxes that `start` (2,) is joined to: low and high of each joint [rad].
+
+        Boxes that share an edge have the same number there, to the last bit.
+        """
+        region, boxes, begin = self._regions(), [], []
+        for layer in self.clear:
+            width = self.width(layer.level)
+            boxes.append(np.stack([self.low + layer.cells * width, self.low + (layer.cells + 1) * width], axis=-1))
+            begin.append(self.holds(layer, start))
+        return np.concatenate(boxes)[np.isin(region, region[np.concatenate(begin)])]
+
     def joined(self, start: np.ndarray, undecided: Layer | None = None) -> bool:
         """Whether boxes, each next to the one before, lead from `start` (2,) to a goal: clear, or undecided."""
         layers = self.clear if undecided is None else [*self.clear, undecided]

@@ -56,13 +56,25 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
     Returns:
         True only with proof; False if there is a way or if nothing was proven, as for joint ranges of many turns.
     """
+    return closed_region(plane, i, start, goal, margin) is not None
+
+
+def closed_region(plane: FocalPlane, i: int, start: np.ndarray, goal: np.ndarray, margin: float) -> np.ndarray | None:
+    """The boxes of joint space that positioner `i` cannot leave, if its goal is proven not to be among them.
+
+    All around them the arm is nearer than the margin to what never moves, or at the end of a joint's range, which
+    `fiberplan.certificates.replay_infeasible` checks. Arguments as of `proven_unreachable`.
+
+    Returns:
+        (m, 2, 2) low and high of each joint [rad]; None where there is a way or nothing was proven.
+    """
     goal = read_only(goal, unit="rad", name="goal", error=ProblemError)
 
     def ends(tiling: Tiling, layer: Layer, within: float) -> tuple[np.ndarray, np.ndarray]:
         held = tiling.holds(layer, goal)
         return held, held
 
-    return _none_is_reached(plane, i, start, margin, ends)
+    return _without_ends(plane, i, start, margin, ends)
 
 
 def proven_excluded(plane: FocalPlane, i: int, goal: np.ndarray, j: int, start: np.ndarray, margin: float) -> bool:
@@ -88,17 +100,17 @@ def proven_excluded(plane: FocalPlane, i: int, goal: np.ndarray, j: int, start: 
         room = _least_clearance(plane.arms, j, other, goal, tiling.middles(layer))
         return ~(room + within < margin), room >= margin
 
-    return _none_is_reached(plane, j, start, margin, ends)
+    return _without_ends(plane, j, start, margin, ends) is not None
 
 
-def _none_is_reached(
+def _without_ends(
     plane: FocalPlane,
     i: int,
     start: np.ndarray,
     margin: float,
     ends: Callable[[Tiling, Layer, float], tuple[np.ndarray, np.ndarray]],
-) -> bool:
-    """Whether it is proven that none of the `ends` of positioner `i` is reached past what never moves.
+) -> np.ndarray | None:
+    """Boxes (m, 2, 2) that positioner `i` cannot leave past what never moves, if none of its `ends` is among them.
 
     `ends` tells of boxes, in which a point of its bodies moves so far from where it is at their middles [mm], whether
     one may lie in them (m,), and whether one does. Nothing is proven of who begins nearer than the margin, and opens.
@@ -107,7 +119,7 @@ def _none_is_reached(
     start = read_only(start, unit="rad", name="start", error=ProblemError)
     low, high = plane.lower[i], plane.upper[i]
     if plane.kinematics.has_avoidance or not np.all(np.isfinite([low, high])):
-        return False
+        return None
     pairs = plane.arm_pairs_within(margin)
     beside = np.concatenate([pairs[pairs[:, 0] == i, 1], pairs[pairs[:, 1] == i, 0]])
     never_moves = np.concatenate([~plane.online, np.ones(len(plane.obstacles), bool)])
@@ -116,9 +128,9 @@ def _none_is_reached(
     count = np.maximum(1.0, np.ceil((high - low) / _WIDEST))
     opens = not _least_clearance(plane.arms, i, fixed, pose, start[i, None])[0] >= margin
     if opens or count.prod() > _MOST:
-        return False
+        return None
     tiling = Tiling(low, high, count.astype(np.int64))
-    layer = tiling.whole()
+    layer, dead_ends = tiling.whole(), list[Layer]()
     for _ in range(_LEVELS):
         width = tiling.width(layer.level)
         room = _least_clearance(plane.arms, i, fixed, pose, tiling.middles(layer))
@@ -128,9 +140,14 @@ def _none_is_reached(
         tiling.add_clear(replace(layer, goal=certain)[clear])
         undecided = replace(layer, goal=possible)[~clear & ~(room + within < margin)]
         if not tiling.joined(start[i], undecided):
-            return True
-        undecided = undecided[tiling.joins(undecided, start[i])]
+            every = Tiling(low, high, tiling.count)
+            for part in sorted([*tiling.clear, undecided, *dead_ends], key=lambda part: part.level):
+                every.add_clear(part)
+            return every.region(start[i])
+        joins = tiling.joins(undecided, start[i])
+        dead_ends.append(undecided[~joins])
+        undecided = undecided[joins]
         if tiling.joined(start[i]) or 4 * len(undecided) > _MOST:
-            return False
+            return None
         layer = undecided.halved()
-    return False
+    return None

@@ -39,9 +39,12 @@ Algorithm                                                             here
 14  while K is more than anyone is known to need: half as much more,  `search.DirectSearch.shorten`
       with late positioners replanned, and 5 to 10 again; back to the
       last solution where that gets stuck
-15  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
+15  with `min_reaction`: C also holds pairs of which one is where     `search.DirectSearch.react`,
+      the other is up to so many steps earlier or later, and line 9     `contacts.late_contacts`,
+      blocks such nodes; 5 to 14 again, without joint paths             `blocked_nodes.mark_blocked`
+16  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
       stay clear                                                        `planners.shared.straighten`
-16  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
+17  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
       goal, or it leaves one that is shut in no place; if any loss is   `certificates.proven_unreachable`,
       unproven, the fold hub is planned too, and the plan of greater    `certificates.proven_excluded`,
       kept priority is returned                                         `planners.greedy_fold`

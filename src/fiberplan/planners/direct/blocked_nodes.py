@@ -9,7 +9,7 @@ import numpy as np
 from fiberplan.kernels.arms import frame, point
 from fiberplan.kernels.clearance import clearance_within, meet
 from fiberplan.kernels.compile import inlined, leaf
-from fiberplan.planners.direct.lattice import beta_at, window
+from fiberplan.planners.direct.lattice import beta_at, late_limit, window
 
 _ONE = np.uint64(1)
 _NONE = np.uint64(0)
@@ -179,11 +179,35 @@ def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
 
 
 @leaf
-def mark_blocked(arms, lattice, i, trig, motion, j, limit, steps, row, blocked):
+def _mark_late(arms, lattice, i, trig, motion, j, apart, steps, row, blocked):
+    """Add the nodes of positioner i that arm j blocks where it is a few steps before or after, if that counts."""
+    first = 0
+    while first <= steps and lattice.delay > 0:
+        x, y, last = lattice.path[j, first, 0], lattice.path[j, first, 1], first
+        while last < steps and lattice.path[j, last + 1, 0] == x and lattice.path[j, last + 1, 1] == y:
+            last += 1
+        begin, end = max(1, first - lattice.delay), min(steps, last + lattice.delay)
+        low, high = lattice.size[i, 0], -1
+        for k in range(begin, end + 1):
+            a, b = window(lattice, i, k, steps)
+            low, high = min(low, a), max(high, b)
+        frame_j = frame(arms, j, x, y)
+        for a in range(low, high + 1):
+            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, apart)
+        for k in range(begin, end + 1):
+            a, b = window(lattice, i, k, steps)
+            for m in range(a, b + 1):
+                blocked[k, m] |= row[m]
+        first = last + 1
+
+
+@leaf
+def mark_blocked(arms, lattice, i, trig, motion, j, pair, limit, steps, row, blocked):
     """Add to `blocked` (steps + 1, A) the nodes of positioner i that arm j on its path blocks after each step.
 
     `row` (A,) is scratch: while j waits, what it blocks is found once.
     """
+    _mark_late(arms, lattice, i, trig, motion, j, late_limit(lattice, pair), steps, row, blocked)
     known_low, known_high = 0, -1
     frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
     for k in range(1, steps + 1):

@@ -1,9 +1,12 @@
 """Which pairs touch on the paths that the lattice holds, in continuous time."""
 
+import numpy as np
+
 from fiberplan.kernels.arms import frame, motion
 from fiberplan.kernels.clearance import frames_clearance
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.sweep import swept_clear
+from fiberplan.planners.direct.lattice import late_limit
 
 
 @leaf
@@ -39,6 +42,42 @@ def steps_in_contact(arms, path, i, j, limit, steps):
     return touching, ending
 
 
+@leaf
+def late_contacts(arms, lattice, i, j, apart, steps):
+    """Number of steps after which arm i is where arm j will be, or was, within `lattice.delay` steps: at nodes only."""
+    path, delay, touching = lattice.path, lattice.delay, 0
+    if delay == 0:
+        return 0
+    k = 0
+    while k <= steps:
+        frame_i = frame(arms, i, path[i, k, 0], path[i, k, 1])
+        touches, room, slack = False, 0, np.inf
+        for m in range(max(0, k - delay), min(steps, k + delay) + 1):
+            if m > max(0, k - delay) and path[j, m, 0] == path[j, m - 1, 0] and path[j, m, 1] == path[j, m - 1, 1]:
+                continue
+            gap = frames_clearance(arms, i, frame_i, j, frame(arms, j, path[j, m, 0], path[j, m, 1])) - apart
+            touches = touches or not gap >= 0.0
+            slack = min(slack, gap)
+        touching += touches
+        while k + room < steps and slack > 0.0:  # what is clear now vouches for as long as the two could not use it up
+            here, ahead = k + room, min(steps, k + room + delay)
+            slack -= motion(arms, i, path[i, here + 1, 0] - path[i, here, 0], path[i, here + 1, 1] - path[i, here, 1])
+            if ahead < steps:
+                da, db = path[j, ahead + 1, 0] - path[j, ahead, 0], path[j, ahead + 1, 1] - path[j, ahead, 1]
+                slack -= motion(arms, j, da, db)
+            room += slack > 0.0
+        k += max(room, 1)
+    return touching
+
+
+@leaf
+def all_contacts(arms, lattice, i, j, pair, limit, steps):
+    """As `steps_in_contact`, and of those that are late; a pair that is in contact for being late only ends in it."""
+    touching, ending = steps_in_contact(arms, lattice.path, i, j, limit, steps)
+    late = late_contacts(arms, lattice, i, j, late_limit(lattice, pair), steps)
+    return touching + late, ending + late
+
+
 @kernel
 def contacts_of_all(arms, lattice, pairs, limit, steps, contacts):
     """Fill `contacts` (pairs,): in how many steps each pair touches; pairs of which none moves are left alone."""
@@ -46,4 +85,4 @@ def contacts_of_all(arms, lattice, pairs, limit, steps, contacts):
         i, j = pairs[p, 0], pairs[p, 1]
         contacts[p] = 0
         if not (lattice.fixed[i] and lattice.fixed[j]):
-            contacts[p], _ = steps_in_contact(arms, lattice.path, i, j, limit, steps)
+            contacts[p], _ = all_contacts(arms, lattice, i, j, p, limit, steps)

@@ -13,7 +13,7 @@ The size of a lattice is bounded whatever the speeds and ranges: a move has at m
 `MOST_BETAS` nodes, and an alpha those of its move and a turn beyond either end.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,11 +43,19 @@ class Lattice(NamedTuple):
     circle: np.ndarray  #: (arms, 3) center in its frame and radius of a circle about the bodies of the last link [mm]
     first_link: np.ndarray  #: (arms,) how far bodies on the first link are from the base [mm]; negative: none there
     fixed: np.ndarray  #: (arms,) never moves
+    delay: int = 0  #: steps by which one may be late, or earlier than another, and still not touch
+    apart: np.ndarray = np.zeros(0)  #: (pairs,) clearance that they keep then [mm]
 
     @property
     def steps(self) -> int:
         """How many steps there are."""
         return self.path.shape[1] - 1
+
+
+@inlined
+def late_limit(lattice, pair):
+    """Clearance that a pair keeps where either is late [mm]."""
+    return lattice.apart[pair] if lattice.delay > 0 else 0.0
 
 
 @inlined
@@ -228,7 +236,7 @@ def refined(
     pace = pace.copy()
     pace[:, 1] = np.clip((MOST_BETAS - 6) // np.maximum(np.ceil(travel), 1), 1, pace[:, 1])  # a set is one word
     finer = _nodes(plane, who, start[who], goal[who], duration, steps, widest, pace)
-    changed = {"pace": lattice.pace.copy()}
+    changed: dict[str, Any] = {"pace": lattice.pace.copy()}
     changed["pace"][who] = pace
     for name in ("alpha", "beta"):
         old, new = getattr(lattice, name), getattr(finer, name)
@@ -251,7 +259,9 @@ def on_its_way(lattice: Lattice, i: int, way: np.ndarray) -> Lattice:
     alpha = np.pad(lattice.alpha, ((0, 0), (0, wider)), constant_values=np.nan)
     ways = np.pad(lattice.ways, ((0, 1), (0, wider)))
     alpha[i], alpha[i, :count], ways[-1, :count] = np.nan, way[:, 0], way[:, 1]
-    changed = {name: getattr(lattice, name).copy() for name in ("beta", "way", "size", "pace", "first", "last")}
+    changed: dict[str, Any] = {
+        name: getattr(lattice, name).copy() for name in ("beta", "way", "size", "pace", "first", "last")
+    }
     changed["beta"][i], changed["beta"][i, 0] = np.nan, 0.0
     changed["way"][i] = len(ways) - 1
     changed["size"][i], changed["pace"][i] = (count, 1), 1

@@ -256,7 +256,8 @@ def _mark_blocked_by_others(arms, near, lattice, i, partner, trig, limits, respe
         if m == partner:
             continue
         if lattice.fixed[m] or uniform(state) * (0.5 + _slack(lattice, m, steps)) < respect:
-            mark_blocked(arms, lattice, i, trig, motion, m, limits[near.near[q].pair], steps, row, blocked)
+            pair = near.near[q].pair
+            mark_blocked(arms, lattice, i, trig, motion, m, pair, limits[pair], steps, row, blocked)
 
 
 @leaf

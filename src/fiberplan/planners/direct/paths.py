@@ -44,6 +44,10 @@ class Solution(NamedTuple):
     steps: int
     lattice: Lattice
 
+    def copied(self) -> "Solution":
+        """The same, whose paths stay as they are."""
+        return Solution(self.steps, self.lattice._replace(path=self.lattice.path.copy()))
+
 
 class Paths:
     """Paths of all positioners, and the record of the repair."""

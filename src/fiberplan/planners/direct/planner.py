@@ -14,6 +14,7 @@ from time import monotonic, process_time
 import numpy as np
 
 from fiberplan.arrays import in_units, number
+from fiberplan.certificates import reaction
 from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
@@ -33,6 +34,7 @@ from fiberplan.problem import Problem
 
 _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
+_APART = (0.3, 0.6, 1.0)  # [mm] that arms which are late keep after every step, since steps are not all there is
 _HUB_KEEPS_MORE = "the fold hub keeps more than the direct path"
 _logger = logging.getLogger(__name__)
 
@@ -47,6 +49,7 @@ class Direct:
     """
 
     max_time: float | None = setting(None, "give up what cannot be done in this time", "s")
+    min_reaction: float | None = setting(None, "who stops dead is touched no sooner, where that can be had", "s")
     budget: float = setting(60.0, "replans per positioner, and 5,000, before goals are given up; a joint one counts 20")
     turn: float = setting(np.radians(6.0), "turn of alpha in one step of the search", "rad")
     seed: int = 0  #: of the order of repairs
@@ -55,9 +58,9 @@ class Direct:
     reference = "ours; soft conflicts after MAPF-LNS2 (Li et al., AAAI 2022), breakout weights (Morris, AAAI 1993)"
 
     def __post_init__(self) -> None:
-        in_units(self, {"max_time": "s", "budget": "", "turn": "rad"}, ProblemError)
+        in_units(self, {"max_time": "s", "min_reaction": "s", "budget": "", "turn": "rad"}, ProblemError)
         refuse_seed(self.name, self.seed)
-        for label, unit in (("max_time", " s"), ("budget", ""), ("turn", " rad")):
+        for label, unit in (("max_time", " s"), ("min_reaction", " s"), ("budget", ""), ("turn", " rad")):
             value = getattr(self, label)
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise ProblemError(f"direct: {label} must be positive, got {value:g}{unit}")
@@ -103,6 +106,8 @@ class Direct:
             solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
             if solved:
                 search.shorten(proceed)
+                if self.min_reaction is not None:
+                    _make_late_safe(search, self.min_reaction, proceed)
         except (KeyboardInterrupt, Exception) as error:
             if not interrupted(error):
                 raise
@@ -128,10 +133,13 @@ class Direct:
         """The plan that a search has found, or the fold hub's if that is the better one."""
         searched = process_time()
         motion = as_trajectory(search.lattice.path[: problem.n, : search.steps + 1], search.duration)
-        motion = straighten(problem.plane, motion, problem.margin, near)
+        straight = straighten(problem.plane, motion, problem.margin, near)
+        if self.min_reaction is None or _reacts(problem, straight, self.min_reaction):
+            motion = straight
         motion = self._in_time(problem, goals.angles, motion)
         losses = Losses.of(problem, search, goals, self.max_time, motion.end)
         timings = {"search": searched - begun, "straighten": process_time() - searched}
+        notes = [*_coarse(self.turn, search), *losses.notes(problem), *self._too_soon(problem, motion)]
         plan = Plan(
             problem=problem,
             trajectory=motion,
@@ -141,7 +149,7 @@ class Direct:
             seed=self.seed,
             blockers=losses.blockers(problem),
             timings=timings,
-            notes=(*problem.notes, *_coarse(self.turn, search), *losses.notes(problem)),
+            notes=(*problem.notes, *notes),
             bounds=_bounds(search),
             interrupted=interrupted,
         )
@@ -155,6 +163,12 @@ class Direct:
         better = (-hub.kept, hub.makespan) < (-plan.kept, plan.makespan)
         unsafe = interrupted and not plan.certificate.ok
         return hub if unsafe or (in_time and better) else plan
+
+    def _too_soon(self, problem: Problem, motion: Trajectory) -> list[str]:
+        """A note if who stops dead may be touched sooner than was asked for."""
+        if self.min_reaction is None or _reacts(problem, motion, self.min_reaction):
+            return []
+        return [f"who stops dead may be touched sooner than {self.min_reaction:g} s later: no plan was found where not"]
 
     def _in_time(self, problem: Problem, goal: np.ndarray, motion: Trajectory) -> Trajectory:
         """The motion at the joints' very limits, where what planners keep below them would make it late."""
@@ -179,6 +193,21 @@ class Direct:
             notes=(*hub.notes, why),
             interrupted=interrupted,
         )
+
+
+def _make_late_safe(search: DirectSearch, seconds: float, proceed: Callable[[], bool]) -> None:
+    """Look for paths on which arms that are late keep clear; more between nodes, where the first are not proven to."""
+    for apart in _APART:
+        motion = as_trajectory(search.lattice.path[: search.problem.n, : search.steps + 1], search.duration)
+        if _reacts(search.problem, motion, seconds) or not search.react(seconds, apart, proceed):
+            return
+        search.shorten(proceed)
+
+
+def _reacts(problem: Problem, motion: Trajectory, seconds: float) -> bool:
+    """Whether who stops dead is proven to be touched no sooner than so many seconds later."""
+    assert problem.position_error is not None  # set on construction
+    return reaction(problem.plane, motion, problem.position_error).seconds >= seconds
 
 
 def _bounds(search: DirectSearch) -> tuple[Bound, ...]:

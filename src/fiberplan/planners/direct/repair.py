@@ -12,7 +12,7 @@ import numpy as np
 
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.randoms import uniform
-from fiberplan.planners.direct.contacts import steps_in_contact
+from fiberplan.planners.direct.contacts import all_contacts, steps_in_contact
 from fiberplan.planners.direct.lattice import Lattice
 from fiberplan.planners.direct.pairs import (
     find_clear_nodes,
@@ -175,7 +175,7 @@ def _update_contacts(arms, near, lattice, search, i, limit, steps):
     """Find the contacts of positioner i on its new path; pairs in contact weigh more from now on."""
     for q in range(near.offsets[i], near.offsets[i + 1]):
         j, pair = near.near[q].arm, near.near[q].pair
-        touching, ending = steps_in_contact(arms, lattice.path, i, j, limit, steps)
+        touching, ending = all_contacts(arms, lattice, i, j, pair, limit, steps)
         if touching > 0:
             search.weight[pair] += np.float32(_HEAVIER)
             if ending == 0 and search.limits[pair] < limit + _MOST_INFLATION:
@@ -252,7 +252,8 @@ def repair(arms, near, lattice, pairs, search, scratch, limit, steps, most):
         if search.tries[pair] > _PATIENCE and not lattice.fixed[j]:
             search.tries[pair] = 0
             first, second = pairs[pair, 0], pairs[pair, 1]
-            if joint_words(lattice, first, second, steps, scratch.begins) <= len(scratch.reach):
+            late = lattice.delay > 0 and steps_in_contact(arms, lattice.path, first, second, limit, steps)[0] == 0
+            if not late and joint_words(lattice, first, second, steps, scratch.begins) <= len(scratch.reach):
                 if _join(arms, near, lattice, search, scratch, pair, first, second, limit, steps):
                     continue
                 if search.needs[pair] == 0 or search.needs[pair] > steps:

@@ -9,17 +9,21 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from fiberplan.kernels.clearance import clearances
 from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, steps_past_fixed
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.paths import ON_ITS_WAY, Paths
 from fiberplan.planners.direct.repair import HELD, SOLVED, TOO_SHORT
 from fiberplan.planners.direct.settling import give_up_one_of, settle
 from fiberplan.planners.direct.untangle import cluster_around, untangled
+from fiberplan.tolerances import SLACK
 
 _CHUNK = 50  # replans between two checks of the clock
 _PATIENCE = 100  # replans in which the contacts do not get fewer, before there are more steps
 _GROWTH = 0.03  # of the steps, the first time; as much more every time
 _CUTS = 8  # tries to make a solution shorter,
+_PART = 0.8  # of the clearance at rest, that arms which are late keep
+_LATEST = 2.0  # times as many steps as without, for arms that may be late, at most
 _LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this,
 _CUT_PATIENCE = 100  # each given up like this
 _LARGEST_CLUSTER = 4  # moved jointly
@@ -109,6 +113,31 @@ class DirectSearch(Paths):
                     cut //= 2
         finally:
             self.go_back_to(best)
+
+    def react(self, seconds: float, apart: float, proceed: Callable[[], bool]) -> bool:
+        """From a solution, look for one in which arms that are this late [s] still keep `apart` [mm].
+
+        Paths get longer where that gets stuck. False, with the solution as it was, if there is none in time.
+        """
+        before, steps = self.solution.copied(), self.steps
+        if seconds >= steps * self.duration:  # paths would have to be apart altogether
+            return False
+        path = self.lattice.path
+        ends = (clearances(self.plane.arms, path[:, k].copy(), self.pairs) for k in (0, self.steps))
+        room = np.clip(_PART * np.minimum(*ends), SLACK, apart)  # no more than they have before and after
+        self.lattice = self.lattice._replace(delay=int(np.ceil(seconds / self.duration)), apart=room)
+        self.update_contacts()
+        most, growth = min(self.most_steps, int(_LATEST * steps)), 1
+        while proceed():
+            if self._cut_is_repaired(proceed):
+                return True
+            if self.steps >= most:
+                break
+            self.lengthen(min(self.steps + max(1, int(steps * _GROWTH * growth)), most))
+            self.start_afresh()
+            growth += 1
+        self.go_back_to(before)
+        return False
 
     def _cut_is_repaired(self, proceed: Callable[[], bool]) -> bool:
         """Whether repair finds a solution before it gets stuck."""

@@ -31,7 +31,7 @@ def _charge(arms, near, lattice, i, weight, limits, scratch, steps):
             low, high = window(lattice, i, k, steps)
             for a in range(low, high + 1):
                 blocked[k, a] = np.uint64(0)
-        mark_blocked(arms, lattice, i, trig, motion, near.near[q].arm, limits[pair], steps, row, blocked)
+        mark_blocked(arms, lattice, i, trig, motion, near.near[q].arm, pair, limits[pair], steps, row, blocked)
         for k in range(1, steps + 1):
             low, high = window(lattice, i, k, steps)
             for a in range(low, high + 1):
