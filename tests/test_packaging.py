@@ -93,3 +93,26 @@ def test_every_module_is_imported_without_side_effects(capsys):
         if parts[-1] != "__main__":
             importlib.import_module(".".join(parts).removesuffix(".__init__"))
     assert capsys.readouterr() == ("", "")
+
+
+def test_what_is_imported_is_asked_for():
+    """What comes along with another package need not do so tomorrow: typer brought click, and no longer does."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = [*project["dependencies"], *(line for extra in project["optional-dependencies"].values() for line in extra)]
+    names = {re.match(r"[\w-]+", line)[0].lower().replace("-", "_") for line in asked}
+    known = {
+        "yaml": "pyyaml",
+        "flint": "python_flint",
+        "PIL": "matplotlib",
+        "llvmlite": "numba",
+        "traitlets": "anywidget",
+    }
+    found = set()
+    for path in (ROOT / "src" / "fiberplan").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                found.add(str(node.module).partition(".")[0])
+    others = found - set(sys.stdlib_module_names) - {"fiberplan"}
+    assert {name for name in others if known.get(name, name) not in names} == set()

@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Annotated
 
-import click
 import typer
+
+from fiberplan.errors import FiberplanError
 
 PlanArgument = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan written by `fiberplan plan`.")]
 SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random choice.", min=0, max=2**63 - 1)]
@@ -16,10 +17,10 @@ def no_option(text: str) -> str:
     """An argument of a command that lets options it does not know pass, since negative numbers look like such.
 
     Raises:
-        click.NoSuchOption: it is an option all the same.
+        FiberplanError: it is an option all the same.
     """
     if text.startswith("--") or (text[:1] == "-" and text[1:2].isalpha()):
-        raise click.NoSuchOption(text)
+        raise FiberplanError(f"No such option '{text}'")
     return text
 
 
@@ -27,10 +28,10 @@ def number_or_option(text: str) -> float:
     """A number, negative or not.
 
     Raises:
-        click.NoSuchOption: it is an option.
-        click.BadParameter: it is no number.
+        FiberplanError: it is an option.
+        typer.BadParameter: it is no number.
     """
     try:
         return float(no_option(text))
     except ValueError:
-        raise click.BadParameter(f"'{text}' is not a number") from None
+        raise typer.BadParameter(f"'{text}' is not a number") from None

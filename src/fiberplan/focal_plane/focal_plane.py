@@ -434,8 +434,19 @@ class FocalPlane(Frozen):
     ) -> "FocalPlane":
         """A filled hexagon of 1 + 3 rings (rings + 1) equal positioners, numbered row by row from the lowest y.
 
-        Rows run along x, `pitch` [mm] apart within a row; ids are R<row>C<column> counted from the middle row and from
-        the left. Each beta arm is one capsule of `radius` [mm] from elbow to fiber unless `bodies` are given.
+        Rows run along x; ids are R<row>C<column> counted from the middle row and from the left.
+
+        Args:
+            rings: around the middle positioner, 0 or more.
+            pitch: distance of neighbours in a row [mm].
+            lengths: base to elbow and elbow to fiber [mm].
+            radius: of the capsule from elbow to fiber that each beta arm is [mm], unless `bodies` are given.
+            max_speed: of both joints, or of each [rad/s].
+            lower: ends of the ranges of alpha and beta, as commanded [rad].
+            upper: the other ends [rad].
+            folded: where alpha and beta are parked [rad].
+            name: of the focal plane.
+            bodies: what can touch.
 
         Raises:
             InstrumentError: rings below 0, or values that make no focal plane.

@@ -201,7 +201,11 @@ class Trajectory(Frozen):
 
     @classmethod
     def from_samples(cls, times: np.ndarray, angles: np.ndarray) -> "Trajectory":
-        """Knots for all positioners at the same `times` (k,) [s], `angles` (k, n, 2) [rad]."""
+        """Knots for all positioners at the same `times` (k,) [s], `angles` (k, n, 2) [rad].
+
+        Raises:
+            TrajectoryError: other shapes, times that do not increase, or values that are not finite.
+        """
         times = np.asarray(plain(times, "s", "times", TrajectoryError), float)
         angles = np.asarray(plain(angles, "rad", "angles", TrajectoryError), float)
         if angles.ndim != 3 or angles.shape[::2] != (len(times), 2):

@@ -82,7 +82,13 @@ class State(Frozen):
         io_function("write_state")(self, path, plane)
 
     def without(self, plane: FocalPlane, who: Sequence[int], why: str) -> "State":
-        """The same with some more that cannot move, and why, as a note."""
+        """The same with some more that cannot move.
+
+        Args:
+            plane: whose positioners they are.
+            who: their indices.
+            why: a few words for the note that names them.
+        """
         online = self.online.copy()
         online[list(who)] = False
         names = ", ".join(plane.ids[i] for i in who)

@@ -14,7 +14,14 @@ def uniform_field(
 ) -> np.ndarray:
     """Contact-free configuration (n, 2) [rad]: targets uniform in each patrol annulus, touching draws redrawn.
 
-    Offline positioners stay at `start` (folded unless given). Source: the experiment of Sayres2021, section 4.
+    Source: the experiment of Sayres2021, section 4.
+
+    Args:
+        plane: whose positioners.
+        seed: the same gives the same field.
+        margin: clearance that all keep at least [mm].
+        start: (n, 2) where offline positioners stay [rad]; folded unless given.
+        most_rounds: of redrawing.
 
     Raises:
         ValueError: no contact-free field was found within `most_rounds` rounds of redrawing.
