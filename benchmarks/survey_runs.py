@@ -42,13 +42,13 @@ class Case(NamedTuple):
     settings: dict[str, Any]
 
 
-def small_survey(fields: int, rings: int = 1, solver: str = "heuristic") -> Case:
-    """Fields of a made-up sky for a hexagon of so many rings, in chains of ten."""
+def small_survey(fields: int, rings: int = 1, per_robot: float = 3.0) -> Case:
+    """Fields of a made-up sky for a hexagon of so many rings, with so many targets a robot, in chains of ten."""
     plane = fp.FocalPlane.hexagonal(rings, 22.4)
     edge = float(np.hypot(*plane.base.T).max()) + 22.4
     telescope = Telescope("toy", [edge / 0.02], 0.02)
-    sky = clustered_sky(fields, telescope.radius, 3.0 * plane.n, seed=1)
-    settings = {"margin": 0.5, "telescope": telescope, "required": {"sky": 1}, "solver": solver}
+    sky = clustered_sky(fields, telescope.radius, per_robot * plane.n, seed=1)
+    settings = {"margin": 0.5, "telescope": telescope, "required": {"sky": 1}, "solver": "heuristic"}
     return Case((plane, *sky), settings)
 
 
@@ -75,7 +75,7 @@ def contents(folder: Path) -> dict[str, Any]:
 
 
 def overhead(full: bool) -> None:
-    cases = {"7 robots": small_survey(30), "127 robots": small_survey(6, 6)}
+    cases = {"7 robots": small_survey(30, 1, 8.0), "127 robots": small_survey(6, 6, 8.0)}
     if full:
         cases["sdss"] = sdss_survey(3)
     print("overhead: array       fields  CPU of fields [s]  CPU of run [s]  ledger and driver  tables and report [s]")
