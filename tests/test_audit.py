@@ -172,3 +172,26 @@ def test_our_own_exports_are_safe_and_the_end_is_the_plans(tmp_path, planned, fo
     assert found.certificate.ok
     assert found.bound == pytest.approx(planned.lower_bound)
     np.testing.assert_allclose(found.executed.trajectory.end, planned.trajectory.end, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("held", "says"),
+    [
+        ({}, "cannot be read as a table (no format that is known)"),
+        ({"trajectory": {}}, "names no robot that moves"),
+        ({"trajectory": {"R0C2": {"alpha": [[0.0, 0.0]]}}}, "robot R0C2: beta: no points [deg, s]"),
+        ([1, 2], "cannot be read as a table (no format that is known)"),
+    ],
+)
+def test_a_file_without_motion_is_not_called_safe(night, held, says):
+    (night / "none.json").write_text(json.dumps(held))
+    with pytest.raises(TrajectoryError, match=re.escape(says)):
+        audit(fp.FocalPlane.load("seven.toml"), "none.json")
+
+
+def test_a_plan_is_for_verify(night):
+    plane = fp.FocalPlane.load("seven.toml")
+    goal = np.full((7, 2), np.nan)
+    fp.planners.GreedyFold().plan(fp.Problem(plane, plane.folded, goal, 0.8)).write("p.fits")
+    with pytest.raises(TrajectoryError, match=r"p\.fits: is a plan, which `fiberplan verify` proves"):
+        audit(plane, "p.fits")

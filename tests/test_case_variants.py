@@ -31,6 +31,7 @@ def planned(capsys, text, *options):
     [
         (f"{HEAD},parity", "R0C3,10,20,up", "parity is 'up', not a number; its target is lost", 1),
         (f"{HEAD},parity", "R0C3,10,20,2", "parity is 2, expected +1", 1),
+        (f"{HEAD},priority", "R0C3,10,20,-1", "priority is -1, expected a finite number of 0 or more; its", 1),
         (f"{HEAD},assigned", "R0C3,10,20,maybe", "assigned is 'maybe', neither true nor false", 1),
         (f"{HEAD},fiber", "R0C3,10,20,apogee", "seven has no fiber 'apogee'; it has fiber; its target is lost", 1),
         (f"{HEAD},x,y", "R0C3,10,,5,5", "beta is empty, and only the other angle is given; its target is lost", 1),
@@ -40,7 +41,7 @@ def planned(capsys, text, *options):
     ],
 )
 def test_one_bad_row_is_dropped_by_name_and_the_rest_planned(capsys, head, row, said, code):
-    good = GOOD + "," * (head.count(",") - 2)
+    good = GOOD + ",1" * head.endswith("priority") + "," * (head.count(",") - 2 - head.endswith("priority"))
     text = f"{head}\n{good}\n{row}\n"
     refused, line = planned(capsys, text)
     assert refused == 2
@@ -50,6 +51,7 @@ def test_one_bad_row_is_dropped_by_name_and_the_rest_planned(capsys, head, row, 
     assert got == code, out
     assert out.startswith("1 of 1 arrived")
     assert f"line 3 of t.csv was left out: {said}" in out
+    assert ("1: left out of the table" if code else "losses        none") in out
 
 
 def test_who_may_be_disabled_is_not_moved(capsys):

@@ -63,6 +63,7 @@ def test_fibers_are_the_direct_formula():
                 np.testing.assert_allclose(plane.elbows(angles)[i], elbow[0], atol=1e-12)
     with pytest.raises(InstrumentError, match="no fiber 'c'; it has a, b"):
         plane.fibers(angles, "c")
+    np.testing.assert_array_equal(plane.fibers(angles, "B"), plane.fibers(angles, "b"))
 
 
 def test_reach_holds_every_body_point():

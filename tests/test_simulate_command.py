@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -95,6 +96,23 @@ def test_our_own_table_is_executed_too(folder, capsys):
         assert said.startswith(f"{name} ({kind})")
         after = fp.State.read("after.ecsv", plane)
         np.testing.assert_allclose(after.angles, plan.trajectory.end, atol=2e-5)
+        assert not after.unknown.any()
+
+
+def test_who_rests_is_known_and_who_cannot_move_stays_so(folder, capsys):
+    """A table says where robots stand that do not move in it, and its meta data who cannot."""
+    lines = ["# %ECSV 1.0", "# ---", "# datatype:", "# - {name: positioner, datatype: string}"]
+    lines += [f"# - {{name: {name}, datatype: float64}}" for name in ("time", "alpha", "beta")]
+    lines += ["# meta: {offline: [R0C3, R+1C1], unknown: [R+1C1]}", "positioner time alpha beta"]
+    lines += ["R0C2 0 0 180", "R0C2 2 10 180", "R0C3 0 40 150", "R+1C1 0 0 180", "R+1C2 0 20 170"]
+    Path("m.ecsv").write_text("\n".join(lines) + "\n")
+    told(capsys, 0, "m.ecsv", "-o", "after.ecsv")
+    plane = fp.FocalPlane.load("seven.toml")
+    after = fp.State.read("after.ecsv", plane)
+    moves, stays, guessed, rests = (plane.names[id_] for id_ in ("R0C2", "R0C3", "R+1C1", "R+1C2"))
+    assert (after.online[moves], after.online[stays], after.online[guessed], after.online[rests]) == (1, 0, 0, 1)
+    np.testing.assert_allclose(np.degrees(after.angles[[stays, rests]]), [[40, 150], [20, 170]])
+    assert after.unknown[[moves, stays, guessed, rests]].tolist() == [False, False, True, False]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.cli.app import run
-from fiberplan.errors import ProblemError
+from fiberplan.errors import ProblemError, TargetError
 from fiberplan.scenes.decisive import row
 from fiberplan.survey import Catalogue, Why, allocate, conflicts
 from problems import behind_posts, hexagon
@@ -164,6 +164,17 @@ def catalogue(tmp_path):
     return path
 
 
+def test_priority_one_is_first_where_that_is_said(tmp_path, capsys):
+    """Two targets of one place: one of them can be had; and what the proof rests on is told."""
+    path = tmp_path / "c.csv"
+    path.write_text("id,x,y,priority\nfirst,11.2,5,1\nlast,11.6,5,15\n")
+    for order, taken in (("larger", "last"), ("smaller", "first")):
+        assert run(["allocate", "sayres2021", str(path), "--no-motion", "--priority-order", order, "--json"]) == 0
+        assert list(json.loads(capsys.readouterr().out)["allocated"].values()) == [taken]
+    with pytest.raises(TargetError, match="priority_order must be"):
+        Catalogue.read(path, "lower")
+
+
 def test_command_writes_targets_that_plan_takes(catalogue, tmp_path, capsys):
     out, moved = tmp_path / "targets.ecsv", tmp_path / "plan.fits"
     assert (
@@ -172,6 +183,7 @@ def test_command_writes_targets_that_plan_takes(catalogue, tmp_path, capsys):
     said = capsys.readouterr().out
     assert said.startswith("2 of 4 targets allocated to 547 positioners, value 3 of at most 3\n")
     assert "not allocated: 1: no positioner that can move brings its fiber there" in said
+    assert "note: the margin is 0 mm" in said
     assert len(fp.Targets.read(out)) == 2
     assert len(fp.Plan.read(moved).lost) == 0
 

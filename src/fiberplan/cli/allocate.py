@@ -10,6 +10,7 @@ from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.numbered import numbers_of
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import Output, plan_output, refuse_unwritable, say, working
+from fiberplan.cli.report import assumptions, cautions
 from fiberplan.cli.start import Jitter, Margin, Offline, PositionError, StartTime, begun, room, switched_off
 from fiberplan.errors import FiberplanError
 
@@ -45,6 +46,10 @@ def allocate(
     regions: Annotated[
         int, typer.Option(metavar="N", help="Parts of the array over which these are spread.", min=1)
     ] = 1,
+    priority_order: Annotated[
+        Literal["larger", "smaller"],
+        typer.Option(help="Which priority matters more in CATALOGUE; smaller: 1 is first."),
+    ] = "larger",
     motion: Annotated[
         bool, typer.Option("--motion/--no-motion", help="Choose again around whoever does not arrive.")
     ] = True,
@@ -70,13 +75,14 @@ def allocate(
         raise FiberplanError("allocate: --plan asks for a motion that --no-motion leaves out")
     with working("allocating"):
         from fiberplan.focal_plane import FocalPlane
+        from fiberplan.survey import Catalogue
         from fiberplan.survey import allocate as allocated
 
         plane, off = switched_off(FocalPlane.load(instrument), offline or ())
         leave = room(plane, margin, jitter, position_error)
         found = allocated(
             plane,
-            catalogue,
+            Catalogue.read(catalogue, priority_order),
             leave.margin,
             start=begun(plane, start, start_time),
             motion=motion,
@@ -107,13 +113,15 @@ def allocate(
         say(f"{what} in region {quota.region}", style="yellow")
     for why, count in found.counts().items():
         say(f"not allocated: {count}: {why.value}")
-    for note in (*off, *leave.notes, *found.problem.notes):
+    for note in (*off, *leave.notes, *cautions(plane, leave.margin), *found.problem.notes):
         say(f"note: {note}")
     if found.plan is not None:
         again = f"; planned {found.rounds} times, which cost priority {found.price:g}" if found.rounds > 1 else ""
         say(f"{found.plan}{again}")
         for fault in faults:
             say(fault, style="yellow")
+        for line in assumptions(found.plan, found.plan.certificate):
+            say(line)
         if not faults:
             say(str(found.plan.certificate), style="green")
     say(f"wrote {' and '.join(map(str, written))}" if written else "nothing written: -o FILE keeps the targets")
@@ -138,4 +146,5 @@ def _facts(found: "Allocation", faults: list[str]) -> dict[str, Any]:
         "makespan": None if found.plan is None else found.plan.makespan,
         "interrupted": found.interrupted,
         "faults": faults,
+        "assumptions": [] if found.plan is None else found.plan.certificate.assumptions,
     }

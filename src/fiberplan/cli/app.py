@@ -97,7 +97,7 @@ def _explained(error: BaseException, arguments: Sequence[str]) -> int:
     elif isinstance(error, FiberplanError):
         complain(str(error))
     elif hasattr(error, "format_message"):  # the parser's own: an unknown option, a value that is no number
-        complain(removed_option(error, arguments) or error.format_message())
+        complain(removed_option(error, arguments) or error.format_message().replace(": Value error, ", ": "))
     else:
         traceback.print_exception(error)
         complain("this is a bug in fiberplan; the lines above say where")

@@ -145,10 +145,15 @@ def incomplete(plan: "Plan") -> bool:
 
 def cautions(plane: "FocalPlane", margin: float) -> Iterator[str]:
     """What a proof of safety says less about than one may think."""
+    yield from bodiless(plane)
+    if plane.bodies and margin == 0:
+        yield "the margin is 0 mm: arms may pass as close as they can without touching; --margin keeps them apart"
+
+
+def bodiless(plane: "FocalPlane") -> Iterator[str]:
+    """What is said of a focal plane in which nothing can touch."""
     if not plane.bodies:
         yield f"{plane.name} has no bodies: nothing can touch, so the proof says nothing"
-    elif margin == 0:
-        yield "the margin is 0 mm: arms may pass as close as they can without touching; --margin keeps them apart"
 
 
 def findings(plane: "FocalPlane", certificate: "Certificate") -> Iterator[str]:

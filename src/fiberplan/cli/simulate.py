@@ -11,6 +11,7 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import Output, refuse_unwritable, say, working
+from fiberplan.cli.report import bodiless
 from fiberplan.cli.start import begun
 from fiberplan.errors import FiberplanError
 
@@ -67,7 +68,7 @@ def simulate(
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.hardware.audit import read_motion
         from fiberplan.hardware.controller import known_to
-        from fiberplan.hardware.simulated import Faults, proof_within, simulated, state_after
+        from fiberplan.hardware.simulated import Faults, as_told, proof_within, simulated, state_after
 
         plane = FocalPlane.load(instrument)
         before = known_to(plane, begun(plane, state, None))
@@ -90,7 +91,7 @@ def simulate(
                 tell(f"run {k - seed + 1} of {runs}")
             found[k] = touching.contacts(simulated(executed.trajectory, faults, k))
         drawn = faults.drawn(executed.trajectory, seed)
-        left = state_after(plane, simulated(executed.trajectory, drawn, seed), drawn, before)
+        left = state_after(plane, simulated(executed.trajectory, drawn, seed), drawn, as_told(before, executed))
         if output is not None:
             left.write(output, plane)
     bad = {k: contacts for k, contacts in found.items() if contacts}
@@ -104,7 +105,7 @@ def simulate(
     say(f"{file} ({kind}), {executed.trajectory.duration:.3f} s, {_faults(faults)}", style="bold")
     for line in lines:
         say(line, style="red" if bad else "green")
-    for line in _about(plane, executed, proof, faults):
+    for line in (*(f"note: {text}" for text in bodiless(plane)), *_about(plane, executed, proof, faults)):
         say(line)
     say(f"wrote {output}, a start for the next plan" if output else "nothing written: -o FILE keeps where all stand")
     raise typer.Exit(1 if bad else 0)

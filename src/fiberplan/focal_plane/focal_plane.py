@@ -237,8 +237,19 @@ class FocalPlane(Frozen):
         return self.names[name]
 
     def carries(self, fiber: str) -> np.ndarray:
-        """(n,) whether each positioner carries the fiber of this name."""
-        return np.isfinite(self.fiber_offsets[fiber]).all(axis=1)
+        """(n,) whether each positioner carries the fiber of this name, whatever its case.
+
+        Raises:
+            InstrumentError: no fiber of that name.
+        """
+        return np.isfinite(self._carried(fiber)).all(axis=1)
+
+    def _carried(self, fiber: str) -> np.ndarray:
+        """(n, 2) of a fiber, whatever the case of its name, in the beta link's frame [mm]."""
+        known = {name.lower(): name for name in self.fiber_offsets}
+        if fiber.lower() not in known:
+            raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
+        return self.fiber_offsets[fiber if fiber in self.fiber_offsets else known[fiber.lower()]]
 
     def replace(self, **changes: Any) -> "FocalPlane":
         """The same focal plane with some fields changed."""
@@ -294,14 +305,12 @@ class FocalPlane(Frozen):
     def fibers(self, angles: np.ndarray, fiber: str | None = None) -> np.ndarray:
         """Fiber positions (n, 2) [mm] at commanded `angles` (n, 2) [rad]; the default fiber unless one is named.
 
-        NaN rows for positioners that do not carry the fiber.
+        Names know no upper and lower case. NaN rows for positioners that do not carry the fiber.
 
         Raises:
             InstrumentError: no fiber of that name.
         """
-        if fiber is not None and fiber not in self.fiber_offsets:
-            raise InstrumentError(f"{self.name}: no fiber '{fiber}'; it has {', '.join(self.fiber_offsets)}")
-        offset = self.fiber if fiber is None else self.fiber_offsets[fiber]
+        offset = self.fiber if fiber is None else self._carried(fiber)
         angles = _angles(angles)
         _, second = self.links(angles)
         return self.elbows(angles) + rotated(offset, second)

@@ -16,6 +16,7 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.controller import CONTROLLERS, known_to
 from fiberplan.hardware.motion_tables import read_motion_table
+from fiberplan.io.plan_file import is_plan
 from fiberplan.motion import Executed
 from fiberplan.problem import State
 from fiberplan.tables.contents import read_whole
@@ -68,6 +69,8 @@ def read_motion(path: str | os.PathLike, plane: FocalPlane, state: State | None 
         accepts = getattr(CONTROLLERS[name], "accepts", None)  # another package's may only write
         if accepts is not None and accepts(path, content):
             return name, CONTROLLERS[name].read(path, plane, state)
+    if is_plan(content):
+        raise TrajectoryError(f"{path}: is a plan, which `fiberplan verify` proves")
     return "table", read_motion_table(path, content, plane, known_to(plane, state))
 
 

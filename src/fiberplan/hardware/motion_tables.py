@@ -52,6 +52,7 @@ def read_motion_table(path: Path, content: bytes, plane: FocalPlane, state: Stat
         notes=tuple(notes),
         assumptions=tuple(_assumed(path, plane, state, moved, said["unknown"])),
         online=moved & ~offline & plane.online & state.online,
+        placed=moved & ~np.array([id_ in said["unknown"] for id_ in plane.ids]),
     )
 
 

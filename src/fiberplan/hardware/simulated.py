@@ -133,6 +133,13 @@ def simulated(trajectory: Trajectory, faults: Faults, seed: int = 0) -> Trajecto
     return _stopped(executed, stops)
 
 
+def as_told(state: State, executed: Executed) -> State:
+    """The state before a motion, with what its file says of it: who stands there, and who cannot move."""
+    placed = executed.placed
+    online = state.online & (executed.online | ~placed)
+    return dataclasses.replace(state, online=online, unknown=state.unknown & ~placed)
+
+
 def state_after(plane: FocalPlane, executed: Trajectory, faults: Faults, before: State | None = None) -> State:
     """Where everyone stands after a simulated motion: who stalled or never started cannot move any more.
 
@@ -144,7 +151,7 @@ def state_after(plane: FocalPlane, executed: Trajectory, faults: Faults, before:
     """
     before = State(executed.start, plane.online) if before is None else before
     online, unknown = plane.online & before.online, before.unknown & (executed.end == executed.start).all(axis=1)
-    state = State(executed.end, online, before.position_error, unknown, "simulated motion", before.notes)
+    state = dataclasses.replace(before, angles=executed.end, online=online, unknown=unknown, source="simulated motion")
     dead = sorted({*faults.stalls, *faults.absent})
     return state.without(plane, dead, "it stalled or never started") if dead else state
 

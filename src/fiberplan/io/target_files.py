@@ -123,6 +123,8 @@ def _optional(table: InputTable, faults: dict[int, str], doubtful: dict[int, str
                 faults.setdefault(row, f"positioner is {id_ or 'empty'}")
     if "priority" in table:
         fields["priority"] = table.numbers("priority", faults=faults)
+        for row in map(int, np.flatnonzero(fields["priority"] < 0)):
+            faults.setdefault(row, f"priority is {fields['priority'][row]:g}, expected a finite number of 0 or more")
     if "fiber" in table:
         fields["fiber"] = table.texts("fiber", blank="")
     if "second_name" in table:

@@ -28,6 +28,8 @@ class Executed(Frozen):
     assumptions: tuple[str, ...] = ()  #: what is taken to be so without the file saying it
     online: np.ndarray = None  # type: ignore[assignment]
     """(n,) False: the file does not move it, or it cannot move; all True unless given."""
+    placed: np.ndarray = None  # type: ignore[assignment]
+    """(n,) True: the file says where it is, and `online` whether it can move; as `online` unless given."""
 
     def __post_init__(self) -> None:
         n = self.trajectory.n
@@ -35,12 +37,17 @@ class Executed(Frozen):
         object.__setattr__(self, "clock_error", clock)
         error = read_only(self.joint_error, unit="rad", name="joint error", error=TrajectoryError)
         online = read_only(np.ones(n, bool) if self.online is None else self.online, bool)
-        if error.shape != (n, 2) or online.shape != (n,):
-            raise TrajectoryError(f"{n} positioners need joint errors of shape ({n}, 2), got {error.shape}")
+        placed = read_only(online if self.placed is None else self.placed, bool)
+        if error.shape != (n, 2) or online.shape != (n,) or placed.shape != (n,):
+            raise TrajectoryError(
+                f"{n} positioners need joint errors of shape ({n}, 2) and flags of ({n},), got {error.shape}, "
+                f"{online.shape} and {placed.shape}"
+            )
         if not (np.isfinite([clock, *error.flat]).all() and clock >= 0 and (error >= 0).all()):
             raise TrajectoryError("joint and clock errors must be finite and 0 or more")
         object.__setattr__(self, "joint_error", error)
         object.__setattr__(self, "online", online)
+        object.__setattr__(self, "placed", placed)
         object.__setattr__(self, "notes", tuple(self.notes))
         object.__setattr__(self, "assumptions", tuple(self.assumptions))
 

@@ -43,13 +43,14 @@ def headline(plan: "Plan") -> tuple[tuple[str, str], ...]:
     """
     lost = [loss for loss in losses(plan) if loss.positioner in plan.lost]
     causes = Counter(re.split("[:;]", loss.cause, maxsplit=1)[0] for loss in lost)  # numbers and names come after
+    causes += Counter({"left out of the table": len(plan.problem.left_out)})
     counted = [kind if len(causes) == 1 else f"{count} {kind}" for kind, count in causes.most_common()]
     over = [_over(plan, bound) for bound in leading_bounds(plan)]
     closest = [f"{' and '.join(close.names)}: {_rounded_down(close.clearance)}" for close in closest_pairs(plan)]
     margin = f"; margin {plan.problem.margin:g} mm"
     return (
         ("arrived", plan.arrivals),
-        ("losses", f"{len(lost)}: {'; '.join(counted)}" if lost else "none"),
+        ("losses", f"{causes.total()}: {'; '.join(counted)}" if causes else "none"),
         ("makespan", f"{plan.makespan:.1f} s" + (f": {', '.join(over)}" if over else "") + _at_most(plan)),
         ("closest pair", (closest[0] if closest else "nobody is within reach of anybody") + margin),
         ("reaction", reaction_said(plan) if plan.certificate.ok else "not safe as it is"),

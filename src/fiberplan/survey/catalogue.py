@@ -4,9 +4,10 @@ Nobody has said yet which positioner takes which target; that is what `fiberplan
 count against each other within a tier; no target of a tier is given up for one of a later tier (a larger number).
 """
 
+import dataclasses
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from astropy.table import Table
@@ -120,16 +121,27 @@ class Catalogue(Frozen):
         raise TargetError(f"a catalogue is a table, targets or the path of a file, not {type(given).__name__}")
 
     @classmethod
-    def read(cls, path: str | os.PathLike) -> "Catalogue":
+    def read(cls, path: str | os.PathLike, priority_order: Literal["larger", "smaller"] = "larger") -> "Catalogue":
         """A catalogue from any table that astropy reads.
 
         Columns: ``x``, ``y`` [mm]; optionally ``id``, ``priority``, ``tier``, ``fiber``, ``category``, ``parity``.
         Units in brackets are assumed where none are given; an empty cell is as a column that is missing.
 
+        Args:
+            path: of the file.
+            priority_order: which priorities matter more in it; "smaller" turns them round, so that all are worth
+                something.
+
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line that names it.
         """
-        return cls.from_columns(read_table(path, TargetError, wanted=(("x", "y"),)))
+        if priority_order not in ("larger", "smaller"):
+            raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
+        found = cls.from_columns(read_table(path, TargetError, wanted=(("x", "y"),)))
+        if priority_order == "larger":
+            return found
+        worst, best = found.priority.max(), max(found.priority.min(), 1.0)  # nobody takes what is worth 0
+        return dataclasses.replace(found, priority=worst + best - found.priority)
 
     @classmethod
     def from_columns(cls, table: InputTable, places: np.ndarray | None = None) -> "Catalogue":

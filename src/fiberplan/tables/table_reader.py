@@ -317,7 +317,8 @@ def _read_any(path: Path, suffix: str, content: bytes, error: type[FiberplanErro
             known = options.get(suffix)
             table = Table.read(io.BytesIO(content), **known) if known else Table.read(path)
         except Exception as problem:  # each of astropy's readers raises what it likes
-            raise error(f"{path}: cannot be read as a table ({one_line(problem)})") from None
+            why = "no format that is known" if "Format could not be identified" in str(problem) else one_line(problem)
+            raise error(f"{path}: cannot be read as a table ({why})") from None
     if any("truncated" in str(warning.message) for warning in caught):
         raise error(f"{path}: the file is truncated")
     return input_table(table, str(path), error, _line_labels(suffix, content, len(table)))

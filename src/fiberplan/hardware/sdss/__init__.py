@@ -104,7 +104,7 @@ def with_limits(plane: FocalPlane) -> FocalPlane:
 
 
 def accepts(path: Path, content: bytes) -> bool:
-    """Whether a file is a trajectory, or the dump of one."""
+    """Whether a file is a trajectory, or the dump of one; what is wrong in it is for `read` to say."""
     if plain_name(path).suffix.lower() not in _ENDINGS:
         return False
     try:
@@ -112,8 +112,8 @@ def accepts(path: Path, content: bytes) -> bool:
     except TrajectoryError:
         return False
     sent = held.get("trajectory", held)
-    paths = sent.values() if isinstance(sent, dict) else [None]
-    return all(isinstance(axes, dict) and {"alpha", "beta"} <= set(axes) for axes in paths)
+    paths = sent.values() if isinstance(sent, dict) else ()
+    return "trajectory" in held or any(isinstance(axes, dict) and {"alpha", "beta"} & set(axes) for axes in paths)
 
 
 CONTROLLERS.register("sdss")(sys.modules[__name__])

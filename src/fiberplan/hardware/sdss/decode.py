@@ -63,6 +63,8 @@ def decode(path: Path, content: bytes, plane: FocalPlane, state: State) -> Execu
         sent, stand = held["trajectory"] or {}, held.get("initial_positions") or {}
     if not isinstance(sent, dict) or not isinstance(stand, dict):
         raise TrajectoryError(f"{path}: 'trajectory' holds no mapping of robots to paths")
+    if not sent:
+        raise TrajectoryError(f"{path}: names no robot that moves: there is nothing to judge")
     rest = np.array(state.angles)
     known = ~state.unknown
     for robot, angles in stand.items():
