@@ -37,6 +37,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"fiberplan {version}"
 html_static_path = ["_static"]
 html_css_files = ["manual.css"]
+html_context = {"default_mode": "auto"}  # light or dark as the reader has it
 html_show_sourcelink = False
 html_theme_options = {
     "navbar_end": ["theme-switcher"],
