@@ -39,7 +39,7 @@ def test_no_module_defines_its_own():
     assert own.pop("tolerances.py") == names
     for module in [
         name for name in own if name.startswith("certificates/replay")
-    ]:  # they share nothing, and say it again
+    ]:  # which share nothing
         there = runpy.run_path(str(PACKAGE / module))
         again = names & {*there}
         assert own.pop(module) & names <= again
