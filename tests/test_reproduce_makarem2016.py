@@ -87,7 +87,8 @@ def test_command_skips_what_it_has_no_data_for(monkeypatch, tmp_path, capsys):
     assert "skipped" in skipped["quantity"]
     assert (skipped["ours"], skipped["n"]) == (None, 0)
     assert all(set(row) == {"quantity", "paper", "ours", "spread", "n"} for row in rows)
-    assert {path.name for path in figures.iterdir()} == {"arrivals.png", "conflict.png", "distances.png"}
+    made = {path.name for path in figures.iterdir()}
+    assert made == {"arrivals.png", "conflict.png", "distances.png", "index.html"}
     assert "alone" in makarem2016.LEGEND
 
 
