@@ -307,6 +307,7 @@ UNITS_OF_SETTINGS = {
     ("elliptic-navigation-function", "dt"): 50 * u.ms,
     ("elliptic-navigation-function", "patience"): 0.1 * u.min,
     ("elliptic-navigation-function", "max_time"): 1 * u.min,
+    ("direct", "min_reaction"): 300 * u.ms,
     ("prioritized-roadmap", "dt"): 0.1 * u.min,
     ("prioritized-roadmap", "collision_dt"): 20 * u.ms,
     ("prioritized-roadmap", "max_time"): 3 * u.min,
