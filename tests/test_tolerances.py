@@ -37,9 +37,7 @@ def test_no_module_defines_its_own():
     names = {name for name in vars(tolerances) if name.isupper()}
     own = {path.relative_to(PACKAGE).as_posix(): set(constants(path)) for path in PACKAGE.rglob("*.py")}
     assert own.pop("tolerances.py") == names
-    for module in [
-        name for name in own if name.startswith("certificates/replay")
-    ]:  # which share nothing
+    for module in [name for name in own if name.startswith("certificates/replay")]:  # which share nothing
         there = runpy.run_path(str(PACKAGE / module))
         again = names & {*there}
         assert own.pop(module) & names <= again
