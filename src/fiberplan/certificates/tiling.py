@@ -62,6 +62,7 @@ class Tiling:
     count: np.ndarray  #: (2,) boxes of level 0 along each joint
     clear: list[Layer] = field(default_factory=list)
     _beside: list[np.ndarray] = field(default_factory=list)  # (2, e) numbers of clear boxes that touch, of each layer
+    _beyond: tuple[Layer, np.ndarray] | None = None  # the undecided boxes of the last question, and what they touch
 
     def whole(self) -> Layer:
         """Every box of level 0."""
@@ -80,6 +81,7 @@ class Tiling:
         """Boxes that are clear everywhere, of a level not below those before."""
         self._beside.append(self._touching(layer, [*self.clear, layer]))
         self.clear.append(layer)
+        self._beyond = None
 
     def region(self, start: np.ndarray) -> np.ndarray:
         """(m, 2, 2) the clear boxes that `start` (2,) is joined to: low and high of each joint [rad].
@@ -105,7 +107,7 @@ class Tiling:
 
     def joins(self, undecided: Layer, start: np.ndarray) -> np.ndarray:
         """(m,) whether each of the undecided may join what clear boxes do not: whole clusters of them."""
-        links = self._touching(undecided, [*self.clear, undecided])
+        links = self._links_of(undecided)
         first = sum(map(len, self.clear))
         own = links[:, (links >= first).all(axis=0)] - first
         cluster = _labels(own, len(undecided))
@@ -129,9 +131,15 @@ class Tiling:
         """(k,) which region each clear box is of, and each undecided one if those are boxes to go through, too."""
         links, count = list(self._beside), sum(map(len, self.clear))
         if undecided is not None:
-            links.append(self._touching(undecided, [*self.clear, undecided]))
+            links.append(self._links_of(undecided))
             count += len(undecided)
         return _labels(np.concatenate(links, axis=1), count)
+
+    def _links_of(self, undecided: Layer) -> np.ndarray:
+        """(2, e) which boxes the undecided touch, found once for all that is asked of them."""
+        if self._beyond is None or self._beyond[0] is not undecided:
+            self._beyond = undecided, self._touching(undecided, [*self.clear, undecided])
+        return self._beyond[1]
 
     @staticmethod
     def _touching(layer: Layer, others: list[Layer]) -> np.ndarray:
