@@ -6,6 +6,7 @@ import pytest
 import fiberplan as fp
 from fiberplan import Obstacle, Outcome
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
+from fiberplan.planners.direct import narrow
 from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined, step_length
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
@@ -207,3 +208,22 @@ def test_another_elbow_is_taken_where_the_first_is_out_of_reach():
         plan = fp.planners.Direct().plan(fp.Problem(plane, start, BESIDE[None], 1.0, alternatives=alternatives))
         assert (plan.outcomes == (Outcome.ARRIVED,)) == arrives
         assert plan.faults() == []
+
+
+def test_a_goal_that_is_not_taken_leaves_the_bound_as_it_was(monkeypatch):
+    """A way to another configuration that takes too long would otherwise keep solutions from being made shorter."""
+    plane, start = pocketed()
+    start[0] = OUT
+    others = np.radians([[[340.0, 100.0]]])
+    problem = fp.Problem(plane, start, BESIDE[None], 1.0, alternatives=others)
+    search = DirectSearch(problem, Neighbourhood.of(plane, 1.0), problem.goal, 6 * DEG, None, 0)
+    before = search.least_steps
+
+    def late(paths, who):
+        paths.least_steps = paths.most_steps
+        return np.array([paths.most_steps + 1])
+
+    monkeypatch.setattr(narrow, "steps_past_fixed", late)
+    assert narrow.goes_elsewhere(search, 0) == -1
+    assert search.least_steps == before
+    np.testing.assert_array_equal(search.goal, problem.goal)

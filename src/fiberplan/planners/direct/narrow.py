@@ -63,7 +63,7 @@ def _way(paths: Paths, i: int) -> np.ndarray | None:
 
 def goes_elsewhere(paths: Paths, i: int) -> int:
     """Let positioner i go to another configuration that counts as its goal; steps that it needs, or -1 without any."""
-    problem, taken = paths.problem, paths.goal[i].copy()
+    problem, taken, least = paths.problem, paths.goal[i].copy(), paths.least_steps
     choices = choices_of(problem)[i]
     for end in choices[np.isfinite(choices[:, 0]) & (choices != taken).any(axis=1)]:
         paths.goal[i] = end
@@ -74,7 +74,7 @@ def goes_elsewhere(paths: Paths, i: int) -> int:
         need = int(steps_past_fixed(paths, np.array([i]))[0])
         if 0 <= need <= paths.most_steps:
             return need
-    paths.goal[i] = taken
+    paths.goal[i], paths.least_steps = taken, least  # ways to goals that are not taken are no bounds
     paths.change_fineness(np.array([i]), np.array([0]))
     return -1
 
