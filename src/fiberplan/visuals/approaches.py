@@ -12,6 +12,7 @@ from fiberplan.certificates import Certificate
 from fiberplan.certificates.safety import CAP as CEILING
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
+from fiberplan.plan.closest import pair_bounds
 
 SAMPLES = 40, 240  #: fewest and most moments of a curve
 LOOKS = 4_000_000  #: clearances that a curve may cost
@@ -51,12 +52,12 @@ def approaches(plane: FocalPlane, motion: Trajectory, certificate: Certificate, 
         certificate: of this motion.
         listed: how many pairs to list.
     """
-    arms, bound = _movable(plane, certificate)
+    public, bound = pair_bounds(plane, certificate)
     ceiling = certificate.margin + CEILING
     near = np.flatnonzero(bound < ceiling)
     near = near[np.argsort(bound[near], kind="stable")]
-    arms, bound = read_only(arms[near], np.int64), bound[near]
-    public = np.where(arms < plane.n, arms, plane.n - 1 - arms)
+    public, bound = public[near], bound[near]
+    arms = read_only(np.where(public < 0, plane.n - 1 - public, public), np.int64)
     if not len(arms):
         return Approaches(np.empty(0), np.empty(0), np.empty((0, 2), np.int64), ())
     times = _moments(motion, len(arms))
@@ -80,16 +81,6 @@ def approaches(plane: FocalPlane, motion: Trajectory, certificate: Certificate, 
         order = np.argsort(times, kind="stable")
         times, smallest, whose = times[order], smallest[order], whose[order]
     return Approaches(times, np.minimum(smallest, ceiling), whose, closest)
-
-
-def _movable(plane: FocalPlane, certificate: Certificate) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (m, 2) of arms of which one can move (obstacle k is arm n + k), and their proven clearance (m,) [mm]."""
-    moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
-    fixed = certificate.obstacle_pairs.reshape(-1, 2) + np.array([0, plane.n])
-    arms = np.concatenate([certificate.pairs.reshape(-1, 2), fixed])
-    bound = np.concatenate([certificate.clearance, certificate.obstacle_clearance])
-    some = moves[arms].any(axis=1)
-    return arms[some], bound[some]
 
 
 def _moments(motion: Trajectory, pairs: int) -> np.ndarray:

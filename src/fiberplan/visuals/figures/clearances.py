@@ -42,7 +42,7 @@ def clearance(
     problem, plane, top = plan.problem, plan.problem.plane, plan.problem.margin + CAP
     edges = np.linspace(0.0, max(plan.makespan, 1e-9), slices + 1)
     error = 0.0 if problem.position_error is None else problem.position_error
-    pairs, whole = pair_bounds(plan)
+    pairs, whole = pair_bounds(plan.problem.plane, plan.certificate)
     near = whole < top
     if positioners is not None:
         near &= np.isin(pairs, [plan[key].index for key in positioners]).any(axis=1)

@@ -76,7 +76,7 @@ def joint_space(
 def closest_moment(plan: Plan, i: int) -> float:
     """About when positioner `i` is closest to anybody else [s]; half way if nobody comes near."""
     edges = np.linspace(0.0, max(plan.makespan, 1e-9), _SLICES + 1)
-    pairs, _ = pair_bounds(plan)
+    pairs, _ = pair_bounds(plan.problem.plane, plan.certificate)
     mine = pairs[(pairs == i).any(axis=1)]
     bounds = clearance_over_time(plan.problem.plane, plan.trajectory, edges, plan.problem.margin, pairs=mine).clearance
     if not bounds.size:
