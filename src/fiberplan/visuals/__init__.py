@@ -41,21 +41,6 @@ if TYPE_CHECKING:
     from fiberplan.visuals.film import animate
     from fiberplan.visuals.widget import widget
 
-_FIGURES = (
-    "FIGURES",
-    "clearance",
-    "coverage",
-    "draw",
-    "focal_plane",
-    "histogram",
-    "joint_space",
-    "joints",
-    "makespan",
-    "multiplicity",
-    "snapshots",
-    "speeds",
-)
-
 __all__ = [
     "FIGURES",
     "animate",
@@ -77,9 +62,9 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import what needs matplotlib the first time it is asked for."""
-    home = "figures" if name in _FIGURES else {"animate": "film", "widget": "widget"}.get(name)
-    if home is None:
+    if name not in __all__:
         raise AttributeError(f"module 'fiberplan.visuals' has no attribute '{name}'")
+    home = {"animate": "film", "widget": "widget"}.get(name, "figures")
     value = getattr(importlib.import_module(f"fiberplan.visuals.{home}"), name)
     globals()[name] = value
     return value
