@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.numbered import numbers_of
-from fiberplan.cli.options import JsonOption, SeedOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, RegionsOption, SeedOption, SolverOption
 from fiberplan.cli.output import Output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.report import assumptions, cautions
 from fiberplan.cli.start import Jitter, Margin, Offline, PositionError, StartTime, begun, room, switched_off
@@ -21,12 +20,7 @@ _TABLES = (".ecsv", ".csv", ".fits", ".txt", ".dat")
 
 
 def allocate(
-    instrument: Annotated[
-        str,
-        typer.Argument(
-            metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
-        ),
-    ],
+    instrument: InstrumentArgument,
     catalogue: Annotated[
         Path, typer.Argument(metavar="CATALOGUE", help="A table: x, y (mm unless it says), priority, tier, ...")
     ],
@@ -43,9 +37,7 @@ def allocate(
         list[str] | None,
         typer.Option(metavar="CATEGORY=N", help="Positions of a category that are needed, such as sky=80. Repeatable."),
     ] = None,
-    regions: Annotated[
-        int, typer.Option(metavar="N", help="Parts of the array over which these are spread.", min=1)
-    ] = 1,
+    regions: RegionsOption = 1,
     priority_order: Annotated[
         Literal["larger", "smaller"],
         typer.Option(help="Which priority matters more in CATALOGUE; smaller: 1 is first."),
@@ -53,9 +45,7 @@ def allocate(
     motion: Annotated[
         bool, typer.Option("--motion/--no-motion", help="Choose again around whoever does not arrive.")
     ] = True,
-    solver: Annotated[
-        Literal["milp", "heuristic"], typer.Option(help="Prove what is best, or only bound it.")
-    ] = "milp",
+    solver: SolverOption = "milp",
     deadline: Annotated[
         float | None,
         typer.Option(metavar="S", help="Seconds for each integer program; then the best so far.", min=0.0),

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import instrument_names
-from fiberplan.cli.options import JsonOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption
 from fiberplan.cli.output import complain, made_folder, page_output, refuse_unwritable, say, working
 from fiberplan.cli.report import cautions, certificate_facts, findings
 from fiberplan.cli.start import Margin, begun
@@ -23,9 +22,7 @@ _SHOWN = 3  # findings in the line of a file
 
 
 def audit(
-    instrument: Annotated[
-        str, typer.Argument(metavar="INSTRUMENT", help="A name, file or folder.", autocompletion=instrument_names)
-    ],
+    instrument: InstrumentArgument,
     files: Annotated[
         list[Path],
         typer.Argument(

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import instrument_names
-from fiberplan.cli.options import JsonOption, SeedOption, VerboseOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, SeedOption, VerboseOption
 from fiberplan.cli.output import plan_output, refuse_unwritable, working
 from fiberplan.cli.report import cautions, folded, plan_facts, say_plan
 from fiberplan.cli.start import Margin, Offline, StartTime, begun, room, switched_off
@@ -18,12 +17,6 @@ if TYPE_CHECKING:
     from fiberplan.plan import Plan
     from fiberplan.problem import Problem, State
 
-Instrument = Annotated[
-    str,
-    typer.Argument(
-        metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
-    ),
-]
 Start = Annotated[
     Path,
     typer.Option(metavar="FILE", help="Where everyone stands: a plan's end, a table, an exported motion, a record."),
@@ -32,7 +25,7 @@ Written = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", 
 
 
 def separate(
-    instrument: Instrument,
+    instrument: InstrumentArgument,
     start: Start,
     start_time: StartTime = None,
     offline: Offline = None,
@@ -56,7 +49,7 @@ def separate(
 
 
 def fold(
-    instrument: Instrument,
+    instrument: InstrumentArgument,
     start: Start,
     start_time: StartTime = None,
     offline: Offline = None,
@@ -73,7 +66,7 @@ def fold(
 
 
 def unwind(
-    instrument: Instrument,
+    instrument: InstrumentArgument,
     start: Start,
     start_time: StartTime = None,
     offline: Offline = None,

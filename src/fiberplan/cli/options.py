@@ -1,15 +1,24 @@
 """Arguments and options that several commands share, with their units."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
+from fiberplan.cli.completion import instrument_names
 from fiberplan.errors import FiberplanError
 
+InstrumentArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
+    ),
+]
 PlanArgument = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan written by `fiberplan plan`.")]
 SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random choice.", min=0, max=2**63 - 1)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer in JSON (mm, s, deg).")]
+RegionsOption = Annotated[int, typer.Option(metavar="N", help="Parts of the array over which these are spread.", min=1)]
+SolverOption = Annotated[Literal["milp", "heuristic"], typer.Option(help="Prove what is best, or only bound it.")]
 VerboseOption = Annotated[bool, typer.Option("--verbose", help="Tell everything.")]
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import controller_names, instrument_names, planner_names, setting_keys
-from fiberplan.cli.options import JsonOption, SeedOption, VerboseOption
+from fiberplan.cli.completion import controller_names, planner_names, setting_keys
+from fiberplan.cli.options import InstrumentArgument, JsonOption, SeedOption, VerboseOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.report import cautions, incomplete, plan_facts, say_plan
 from fiberplan.cli.start import (
@@ -33,12 +33,7 @@ Prefer = Literal["angles", "xy"]
 
 
 def plan(
-    instrument: Annotated[
-        str,
-        typer.Argument(
-            metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
-        ),
-    ],
+    instrument: InstrumentArgument,
     targets: Annotated[Path, typer.Argument(metavar="TARGETS", help="A table: positioner, x, y (mm unless it says).")],
     start: Annotated[
         Path | None,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import instrument_names
-from fiberplan.cli.options import JsonOption, SeedOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, SeedOption
 from fiberplan.cli.output import Output, refuse_unwritable, say, working
 from fiberplan.cli.report import bodiless
 from fiberplan.cli.start import begun
@@ -25,9 +24,7 @@ _SHOWN = 5  # pairs, or robots, that have a line of their own
 
 
 def simulate(
-    instrument: Annotated[
-        str, typer.Argument(metavar="INSTRUMENT", help="A name, file or folder.", autocompletion=instrument_names)
-    ],
+    instrument: InstrumentArgument,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A controller's file, or a table of motion.")],
     state: Annotated[
         Path | None,

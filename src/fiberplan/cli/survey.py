@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fiberplan.cli.answers import say_json
-from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.numbered import numbers_of
-from fiberplan.cli.options import JsonOption, SeedOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, RegionsOption, SeedOption, SolverOption
 from fiberplan.cli.output import made_folder, say, working
 from fiberplan.cli.start import Margin, Offline, begun, room, switched_off
 from fiberplan.errors import FiberplanError
@@ -22,12 +21,7 @@ _MOST_FAILED = 5  # fields that failed, by name
 
 
 def survey(
-    instrument: Annotated[
-        str,
-        typer.Argument(
-            metavar="INSTRUMENT", help="A name, or an instrument's file or folder.", autocompletion=instrument_names
-        ),
-    ],
+    instrument: InstrumentArgument,
     catalogue: Annotated[
         Path | None,
         typer.Argument(metavar="CATALOGUE", help="A table: ra, dec (deg), or field, x, y (mm); id, priority, ..."),
@@ -53,12 +47,8 @@ def survey(
         list[str] | None,
         typer.Option(metavar="CATEGORY=N", help="Positions that each field needs, such as sky=80. Repeatable."),
     ] = None,
-    regions: Annotated[
-        int, typer.Option(metavar="N", help="Parts of the array over which these are spread.", min=1)
-    ] = 1,
-    solver: Annotated[
-        Literal["milp", "heuristic"], typer.Option(help="Prove what is best, or only bound it.")
-    ] = "milp",
+    regions: RegionsOption = 1,
+    solver: SolverOption = "milp",
     executor: Annotated[Literal["processes", "dask"], typer.Option(help="Who does the fields.")] = "processes",
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of Dask; a cluster of this machine if not given.")
