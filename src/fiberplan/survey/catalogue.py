@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from astropy.table import Table
 
 from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
 from fiberplan.problem import Targets
-from fiberplan.tables.table_reader import InputTable, input_table, read_table
+from fiberplan.tables.table_reader import InputTable, given_table, read_table
 
 SCIENCE = "science"  #: the category of whatever has none
+
+_WANTED = (("x", "y"),)  # columns of the table in a file of several
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +115,8 @@ class Catalogue(Frozen):
             shared = ("x", "y", "priority", "fiber", "parity", "source", "rows")
             fields: dict[str, Any] = {name: getattr(given, name) for name in shared}
             return cls(**fields)
-        if isinstance(given, Table):
-            return cls.from_columns(input_table(given, "catalogue", TargetError))
-        if isinstance(given, str | os.PathLike):
-            return cls.read(given)
-        raise TargetError(f"a catalogue is a table, targets or the path of a file, not {type(given).__name__}")
+        what = "a catalogue is a table, targets"
+        return cls.from_columns(given_table(given, "catalogue", what, TargetError, _WANTED))
 
     @classmethod
     def read(cls, path: str | os.PathLike, priority_order: Literal["larger", "smaller"] = "larger") -> "Catalogue":
@@ -137,7 +135,7 @@ class Catalogue(Frozen):
         """
         if priority_order not in ("larger", "smaller"):
             raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
-        found = cls.from_columns(read_table(path, TargetError, wanted=(("x", "y"),)))
+        found = cls.from_columns(read_table(path, TargetError, wanted=_WANTED))
         if priority_order == "larger":
             return found
         worst, best = found.priority.max(), max(found.priority.min(), 1.0)  # nobody takes what is worth 0

@@ -333,6 +333,21 @@ def input_table(table: Table, source: str, error: type[FiberplanError], rows: Se
     return InputTable(source, columns, units, rows, error, table.meta)
 
 
+def given_table(
+    given: Any, source: str, what: str, error: type[FiberplanError], wanted: Sequence[Sequence[str]] = ()
+) -> InputTable:
+    """A table of astropy, named `source`, or that of a file's path.
+
+    Raises:
+        error: neither of these, told as `what` it may be, or a file that cannot be read; one line.
+    """
+    if isinstance(given, Table):
+        return input_table(given, source, error)
+    if isinstance(given, str | os.PathLike):
+        return read_table(given, error, wanted=wanted)
+    raise error(f"{what} or the path of a file, not {type(given).__name__}")
+
+
 def _cells(values: Any) -> np.ndarray:
     """Values as an array of numpy's masked kind, also of astropy's."""
     unmasked = getattr(values, "unmasked", None)

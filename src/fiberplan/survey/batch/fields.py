@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from astropy.table import Table
 
 from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
-from fiberplan.tables.table_reader import InputTable, input_table, read_table
+from fiberplan.tables.table_reader import InputTable, given_table, read_table
 
+_WANTED = (("id",),)  # columns of the table in a file of several
 _UNITS = {"ra": "rad", "dec": "rad", "position_angle": "rad", "year": "yr"}
 
 
@@ -85,11 +85,7 @@ class Fields(Frozen):
         """
         if isinstance(given, Fields):
             return given
-        if isinstance(given, Table):
-            return cls._from(input_table(given, "fields", TargetError))
-        if isinstance(given, str | os.PathLike):
-            return cls.read(given)
-        raise TargetError(f"fields are a table or the path of a file, not {type(given).__name__}")
+        return cls._from(given_table(given, "fields", "fields are a table", TargetError, _WANTED))
 
     @classmethod
     def read(cls, path: str | os.PathLike) -> "Fields":
@@ -101,7 +97,7 @@ class Fields(Frozen):
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line that names it.
         """
-        return cls._from(read_table(path, TargetError, wanted=(("id",),)))
+        return cls._from(read_table(path, TargetError, wanted=_WANTED))
 
     @classmethod
     def _from(cls, table: InputTable) -> "Fields":

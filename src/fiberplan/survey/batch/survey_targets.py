@@ -5,14 +5,12 @@ fields that it lies in. Only what is still to be observed is offered to a field;
 offered always.
 """
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from astropy.table import Table
 from scipy.spatial import cKDTree
 
 from fiberplan.arrays import Frozen, read_only, shortened, texts
@@ -20,7 +18,7 @@ from fiberplan.errors import TargetError
 from fiberplan.survey.batch.fields import Fields
 from fiberplan.survey.catalogue import Catalogue
 from fiberplan.survey.sky import SkyPositions, Telescope
-from fiberplan.tables.table_reader import InputTable, input_table, nearest, read_table
+from fiberplan.tables.table_reader import InputTable, given_table, nearest
 
 _SKY = {"ra": "rad", "dec": "rad", "pm_ra": "rad/yr", "pm_dec": "rad/yr", "epoch": "yr"}
 _IN_FILES = {"rad": "deg", "rad/yr": "mas/yr", "yr": "yr"}
@@ -104,11 +102,8 @@ class SurveyTargets(Frozen):
         """
         if isinstance(given, SurveyTargets):
             return given
-        if isinstance(given, Table):
-            return cls._from(input_table(given, "catalogue", TargetError))
-        if isinstance(given, str | os.PathLike):
-            return cls._from(read_table(given, TargetError, wanted=(("ra", "dec"), ("x", "y"))))
-        raise TargetError(f"a survey's catalogue is a table or the path of a file, not {type(given).__name__}")
+        wanted = ("ra", "dec"), ("x", "y")
+        return cls._from(given_table(given, "catalogue", "a survey's catalogue is a table", TargetError, wanted))
 
     @classmethod
     def _from(cls, table: InputTable) -> "SurveyTargets":
