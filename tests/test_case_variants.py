@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from astropy.table import Table
 
 import fiberplan as fp
 from fiberplan.cli.app import run
@@ -95,6 +96,23 @@ def test_a_table_says_who_is_offline(capsys):
     code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", "off.csv")
     assert code == 2
     assert "off.csv: line 2: seven has no positioner 'R0C9'" in out
+
+
+def test_a_table_that_says_who_is_online_switches_the_others_off(capsys):
+    """Such as a state that a simulation wrote, in any format; a file that there is not is called that."""
+    Path("off.csv").write_text("positioner,online\nR0C1,1\nR0C3,0\n")
+    table = Table({"positioner": ["R0C1", "R0C3"], "online": [True, False]})
+    table.write("off.ecsv")
+    table.write("off.fits")
+    for name in ("off.csv", "off.ecsv", "off.fits"):
+        code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", name)
+        assert code == 0
+        assert "offline, as --offline says: R0C3\n" in out
+    for name in ("off.ecsv", "gone.csv"):
+        Path(name).unlink(missing_ok=True)
+        code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", name)
+        assert code == 2
+        assert f"--offline {name}: no such file" in out
 
 
 def test_numbers_of_robots_may_be_written_as_floats(capsys):

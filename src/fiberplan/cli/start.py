@@ -27,6 +27,10 @@ Jitter = Annotated[float, typer.Option(metavar="S", help="Each clock may be off 
 PositionError = Annotated[float, typer.Option(metavar="MM", help="Each arm may be off by this (mm).", min=0.0)]
 
 
+_TABLES = (".ecsv", ".fits", ".fit")  # endings of files that are no text of names
+_FILES = (*_TABLES, ".csv", ".txt", ".dat")  # endings of what is meant as a file
+
+
 class Room(NamedTuple):
     """How much room arms leave to each other."""
 
@@ -50,26 +54,33 @@ def switched_off(plane: "FocalPlane", given: Sequence[str]) -> tuple["FocalPlane
 
 
 def _names(plane: "FocalPlane", text: str) -> list[str]:
-    """What one --offline names: robots, or the robots that a file lists."""
+    """What one --offline names: robots, or those that a file lists; of a table that says who is online, the others."""
+    import numpy as np
+
     from fiberplan.tables.table_reader import nearest, read_table, read_text
 
     names = [name.strip() for name in text.split(",") if name.strip()]
     path = Path(text)
     unknown = [name for name in names if name not in plane.names]
-    if not unknown or not path.is_file():
-        for name in unknown:
-            raise FiberplanError(
-                f"--offline {text}: {plane.name} has no positioner '{name}'{nearest(name, plane.names)}"
-            )
+    if unknown and not path.is_file():
+        if path.suffix.lower() in _FILES:
+            raise FiberplanError(f"--offline {text}: no such file")
+        raise FiberplanError(
+            f"--offline {text}: {plane.name} has no positioner '{unknown[0]}'{nearest(unknown[0], plane.names)}"
+        )
+    if not unknown:
         return names
-    found = []
-    lines = read_text(path, FiberplanError)
-    if "," in (lines[0] if lines else "") and "positioner" in lines[0].lower().replace(" ", "").split(","):
+    lines = [] if path.suffix.lower() in _TABLES else read_text(path, FiberplanError)
+    heading = lines[0].lower().replace(" ", "").split(",") if lines else []
+    if path.suffix.lower() in _TABLES or (len(heading) > 1 and "positioner" in heading):
         table = read_table(path, FiberplanError)
+        table.require("positioner")
+        able = table.flags("online") if "online" in table else np.zeros(len(table), bool)
         for row, name in enumerate(table.names("positioner")):
             if name not in plane.names:
                 raise table.fail(row, f"{plane.name} has no positioner '{name}'{nearest(name, plane.names)}")
-        return list(table.names("positioner"))
+        return [name for name, moves in zip(table.names("positioner"), able, strict=True) if not moves]
+    found = []
     for number, line in enumerate(lines, 1):
         for name in line.partition("#")[0].replace(",", " ").split():
             if name not in plane.names and not (number == 1 and name.lower() == "positioner"):
