@@ -124,3 +124,26 @@ def test_numbers_of_robots_may_be_written_as_floats(capsys):
     code, out = planned(capsys, f"{HEAD}\n{number}.0,100,90\n", "--start", "seen.csv")
     assert code == 0, out
     assert out.startswith("1 of 1 arrived")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--margin", "1e308"], "margin is 1e+308 mm, more than the 1e+09 mm that can be computed with"),
+        (["--position-error", "1e300"], "position error must be one length or 7, of 0 to 1e+09 mm"),
+        (["--jitter", "1e308"], "--jitter 1e+308: arms could be off by more than 1e+09 mm by then"),
+    ],
+)
+def test_lengths_that_no_proof_could_be_about_are_refused(capsys, options, said):
+    """Such a start was called one that only comes apart: at -1e308 mm nothing changes a clearance."""
+    code, line = planned(capsys, f"{HEAD}\n{GOOD}\n", *options)
+    assert (code, line) == (2, f"fiberplan: error: {said}\n")
+    assert planned(capsys, f"{HEAD}\n{GOOD}\n", "-o", "p.fits")[0] == 0
+    assert run(["verify", "p.fits", *options]) == 2
+
+
+def test_a_target_at_the_end_of_the_world_is_out_of_reach_in_one_line(capsys):
+    code, line = planned(capsys, "positioner,x,y\nR0C2,1e308,0\n")
+    assert code == 2
+    assert len(line) < 250
+    assert "its target in line 2 is 1e+308 mm from its base" in line

@@ -23,10 +23,10 @@ ALL = 'format = 1\nname = "mine"\npositioners = "mine.csv"\n' + ARM
 def mine(tmp_path):
     """What is loaded, or said, of a TOML file and a table."""
 
-    def load(toml=ALL, table="positioner,x,y\nA,0,0\nB,25,0\n", name="mine.csv"):
+    def load(toml=ALL, table="positioner,x,y\nA,0,0\nB,25,0\n", name="mine.csv", **options):
         (tmp_path / "mine.toml").write_text(toml)
         (tmp_path / name).write_text(table)
-        return FocalPlane.load(tmp_path / "mine.toml")
+        return FocalPlane.load(tmp_path / "mine.toml", **options)
 
     return load
 
@@ -155,6 +155,31 @@ def test_columns_that_nothing_reads_are_a_note(mine):
 
 
 @pytest.mark.parametrize(
+    ("column", "cell", "said"),
+    [
+        ("length", "abc", "line 3: length is 'abc', not a number"),
+        ("length", "-1", "line 3: length: -1 mm is negative"),
+        ("speed_alpha", "0", "line 3: speed_alpha: 0 deg/s is not a positive speed"),
+        ("upper_beta", "170", "line 3: upper_beta: folded 180 deg is outside 0 to 170 deg"),
+        ("radius_arm", "-1", "line 3: radius_arm: -1 mm is negative"),
+        ("online", "maybe", "line 3: online is 'maybe', neither true nor false"),
+    ],
+)
+def test_a_robot_with_a_bad_cell_is_offline_where_that_is_wanted(mine, column, cell, said):
+    """What stands in for the cell is what the file says for all, else what the others have; of a radius the largest."""
+    good = {"length": "7.0", "speed_alpha": "20", "upper_beta": "180", "radius_arm": "1.5", "online": "yes"}[column]
+    table = f"positioner,x,y,{column}\nA,0,0,{good}\nB,25,0,{cell}\n"
+    with pytest.raises(InstrumentError, match="line 3"):
+        mine(table=table)
+    plane = mine(table=table, conflicts="drop")
+    assert plane.online.tolist() == [True, False]
+    (text,) = plane.assumptions
+    assert text.startswith(f"positioner B is offline: {said}")
+    assert plane.length[1] == (7.4 if cell == "abc" else plane.length[0])
+    assert np.all(plane.bodies[0].radius == 1.5)
+
+
+@pytest.mark.parametrize(
     ("table", "message"),
     [
         ("positioner,x,y\nA,0,0\nB,abc,0\n", "mine.csv: line 3: x is 'abc', not a number"),
@@ -252,7 +277,7 @@ def test_every_complaint_is_said_up_to_four_and_the_next_are_named(refusal):
 def test_missing_fields_are_said_together(refusal):
     bad = re.sub(r"(?m)^(upper|speed).*$", "", ALL.replace("[arm]\nlength = 7.4\n", "\n\n"))
     assert refusal(bad, "positioner,x,y,length\nA,0,0,7\nB,25,0,\n") == (
-        "mine.toml: arm.length: is missing, and column 'length' in mine.csv says none for positioner 'B'; "
+        "mine.toml: arm.length: is missing, and column 'length' in mine.csv says none for positioner 'B' in line 3; "
         "line 8: joints.alpha.upper: is missing, and there is no column 'upper_alpha' in mine.csv; "
         "line 13: joints.beta.upper: is missing, and there is no column 'upper_beta' in mine.csv; "
         "line 8: joints.alpha.speed: is missing, and there is no column 'speed_alpha' in mine.csv; "

@@ -38,6 +38,15 @@ def test_built_in(name, n, obstacles):
     assert name in names()
 
 
+@pytest.mark.large
+@pytest.mark.parametrize("name", names())
+def test_what_has_no_source_is_an_assumption(name):
+    """Numbers that we chose are said with every proof, not listed among the sources."""
+    plane = FocalPlane.load(name)
+    assert not any("chosen" in note for note in plane.notes[1:])  # the first is the title
+    assert plane.assumptions or name == "sayres2021"  # all of whose numbers are the paper's
+
+
 def test_numbers_of_the_papers():
     plane = FocalPlane.load("sayres2021")
     np.testing.assert_array_equal(plane.length, 7.4)

@@ -110,6 +110,7 @@ def test_cameras_are_shown_and_touch_nothing(tmp_path):
     plane = FocalPlane.load(write(tmp_path, paf()))
     (camera,) = plane.obstacles
     assert camera.meets == ()
+    assert any("cameras" in text and "touch nothing" in text for text in plane.assumptions)
     sides = np.linalg.norm(camera.points - np.roll(camera.points, 1, axis=0), axis=1)
     np.testing.assert_allclose(sides, PITCH / np.sqrt(3.0))
     toward = np.array([[np.radians(-120.0), np.pi / 6], [0.0, 0.0], [0.0, 0.0]])

@@ -344,3 +344,28 @@ def test_arms_come_apart_past_a_kink():
     proof = fp.verify(plane, plan.trajectory, 0.8, opening=True)
     assert proof.ok
     assert np.isfinite(proof.opening[0].time)
+
+
+@pytest.mark.parametrize("seed", [25, 31])
+def test_the_margin_that_a_pair_reaches_within_a_step_is_kept(seed):
+    """Here a pair gains, loses and gains within one step, and has the margin for a moment in between."""
+    plane = fp.FocalPlane.hexagonal(2, 22.4, max_speed=np.radians(12.0))
+    start = plane.kinematics.random(plane, np.random.default_rng(seed), np.arange(plane.n))
+    plan = separate(plane, fp.State(start), 0.8)
+    assert plan.certificate.ok, plan.certificate
+    assert plan.problem.opening
+
+
+def test_groups_come_apart_at_the_same_time_unless_their_arms_may_meet():
+    plane = fp.FocalPlane.hexagonal(4, 22.4, max_speed=np.radians(12.0))
+    start = plane.kinematics.random(plane, np.random.default_rng(1), np.arange(plane.n))
+    said = []
+    plan = separate(plane, fp.State(start), 0.8, said.append)
+    assert plan.certificate.ok, plan.certificate
+    groups = len(said)
+    assert groups > 3
+    assert said == [f"coming apart, group {k + 1} of {groups}" for k in range(groups)]
+    ways = [plan[id_] for id_ in plane.ids if len(plan[id_].times) > 1]
+    begins = [way.times[np.argmax((way.angles != way.angles[0]).any(axis=1)) - 1] for way in ways]
+    assert np.sum(np.array(begins) == 0.0) > 3  # more than one group
+    assert max(begins) > 0.0  # one that waits

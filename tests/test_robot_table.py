@@ -5,6 +5,7 @@ import pytest
 from astropy import units
 from astropy.table import QTable
 
+from fiberplan.cli.app import run
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 
@@ -71,7 +72,9 @@ def test_focal_planes_in_fits_are_read_as_before(tmp_path, small_plane):
     [
         (TABLE.replace("A,0.0", "A,east"), ["line 4", "x is 'east'"]),
         (TABLE.replace("B,10.4", "A,10.4"), ["line 5", "'A' was already given in line 4"]),
-        (TABLE.replace("2.9,3.0", ",3.0"), ["'B'", "length"]),
+        (TABLE.replace("2.9,3.0", ",3.0"), ["line 5", "length is empty"]),
+        (TABLE.replace("3.0,-192", ",-192"), ["line 6", "'C'", "fiber_x"]),
+        (TABLE.replace("-195,195", "nan,195"), ["line 5", "alpha_lower is nan"]),
         (TABLE.replace("0.7,1", "-0.7,1"), ["line 5", "radius -0.7 mm is negative"]),
         (TABLE.replace("beta_upper", "beta_uper"), ["no column 'upper_beta'"]),
         (TABLE.replace("base_y", "x"), ["'x' and 'base_x' are the same value"]),
@@ -87,6 +90,54 @@ def test_bad_tables(tmp_path, text, words):
     message = str(caught.value)
     assert all(word in message for word in [str(path), *words]), message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        (("2.9,3.0", ",3.0"), "line 5: length is empty"),
+        (("2.9,3.0", "2.9,"), "line 5: fiber_x is empty"),
+        (("2.9,3.0", "long,3.0"), "line 5: length is 'long', not a number"),
+        (("2.9,3.0", "-2.9,3.0"), "line 5: length: -2.9 mm is negative"),
+        (("-4,171", "175,171"), "line 5: lower_beta: lower 175 deg is above upper 171 deg"),
+        (("-195,195", ",195"), "line 5: lower_alpha is empty"),
+        (("171,0.7,1", "171,thin,1"), "line 5: radius is 'thin', not a number; its arm is taken as thick as any"),
+        (("0.7,1", "0.7,perhaps"), "line 5: online is 'perhaps', neither true nor false"),
+    ],
+)
+def test_a_robot_with_a_bad_cell_is_offline_where_that_is_wanted(tmp_path, cells, said):
+    path = write(tmp_path, TABLE.replace(*cells))
+    with pytest.raises(InstrumentError, match="line 5"):
+        FocalPlane.load(path)
+    plane, good = FocalPlane.load(path, "drop"), FocalPlane.load(write(tmp_path, name="good.csv"))
+    assert plane.online.tolist() == [True, False, False]
+    (text,) = [text for text in plane.assumptions if "positioner B is offline" in text]
+    assert said in text
+    assert text in plane.notes
+    for name in ("base", "length", "lower", "upper", "folded"):  # the others are as they were
+        np.testing.assert_array_equal(getattr(plane, name)[[0, 2]], getattr(good, name)[[0, 2]])
+    assert np.isfinite([plane.length[1], *plane.fiber[1], *plane.folded[1]]).all()
+
+
+def test_a_robot_that_stands_nobody_knows_where_is_left_out(tmp_path):
+    plane = FocalPlane.load(write(tmp_path, TABLE.replace("B,10.4", "B,")), "drop")
+    assert plane.ids == ("A", "C")
+    np.testing.assert_array_equal(plane.bodies[0].radius, 0.8)
+    assert any("positioner B is left out, nothing says where it stands: line 5" in text for text in plane.assumptions)
+
+
+def test_not_all_robots_carry_each_fiber(tmp_path):
+    table = TABLE.replace(",online", ",online,ap_x").replace("0.8,1", "0.8,1,2.5").replace("0.7,1", "0.7,1,")
+    plane = FocalPlane.load(write(tmp_path, table.replace("0.8,0", "0.8,0,2.6")))
+    np.testing.assert_array_equal(plane.fiber_offsets["ap"], [[2.5, 0], [np.nan, np.nan], [2.6, 0]])
+    assert run(["instruments", str(tmp_path / "robots.csv"), "--json"]) == 0
+
+
+def test_headings_may_have_capital_letters(tmp_path):
+    head, rest = TABLE.split("\npositioner", 1)
+    line, rows = ("positioner" + rest).split("\n", 1)
+    plane = FocalPlane.load(write(tmp_path, f"{head}\n{line.upper()}\n{rows}"))
+    np.testing.assert_array_equal(plane.length, [3.0, 2.9, 3.1])
 
 
 def test_tables_of_targets_are_no_instrument(tmp_path):

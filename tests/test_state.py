@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
+from fiberplan.cli.app import run
 from fiberplan.errors import ProblemError
 from fiberplan.problem import State
 from fiberplan.scenes.uniform import uniform_field
@@ -57,6 +58,23 @@ def test_who_cannot_move_stays():
     assert plan.outcomes[3] is fp.Outcome.OFFLINE
     assert np.array_equal(plan.end.angles[3], plane.folded[3])
     assert state.notes[0] in plan.notes
+
+
+def test_no_range_binds_who_cannot_move(tmp_path):
+    """An arm that is out of order, recorded 1 deg beyond its range, stands there; one that moves may not begin so."""
+    plane = hexagon(1)
+    beyond = plane.folded.copy()
+    beyond[3, 1] = plane.upper[3, 1] + np.radians(1.0)
+    free = np.full((plane.n, 2), np.nan)
+    with pytest.raises(ProblemError, match="beta 181 deg is outside"):
+        fp.Problem(plane, State(beyond), free, near_start="open")
+    problem = fp.Problem(plane, State(beyond).without(plane, [3], "motor"), uniform_field(plane, 1, 0.2), 0.2)
+    assert not problem.needs_opening
+    plan = fp.planners.GreedyFold().plan(problem)
+    assert plan.certificate.ok
+    plan.write(tmp_path / "p.fits")
+    assert fp.Plan.read(tmp_path / "p.fits").certificate.ok
+    assert run(["replay", str(tmp_path / "p.fits")]) == 0
 
 
 def test_who_was_offline_stays_offline():

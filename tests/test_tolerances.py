@@ -9,6 +9,7 @@ import pytest
 
 import fiberplan
 from fiberplan import tolerances
+from fiberplan.arrays import LARGEST
 
 pytestmark = pytest.mark.small
 
@@ -22,6 +23,7 @@ def test_lengths_are_in_the_stated_order():
     assert all(smaller < larger for smaller, larger in pairwise(values))
     assert " < ".join(LENGTHS) in tolerances.__doc__
     assert 2 * tolerances.ROUNDING + tolerances.SLACK < tolerances.EQUALITY  # a planner can leave a start, and prove it
+    assert LARGEST * 2.0**-52 < tolerances.OPENING  # rounding of the largest length is less
     assert 0 < 1 - tolerances.UNDER_LIMIT <= tolerances.SPEED * (1 + 1e-6)
 
 

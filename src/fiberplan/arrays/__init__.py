@@ -7,11 +7,12 @@
 """
 
 from fiberplan.arrays.digits import told_apart
-from fiberplan.arrays.door import in_units, not_negative, number, read_only, texts
+from fiberplan.arrays.door import LARGEST, in_units, not_negative, number, read_only, texts
 from fiberplan.arrays.frozen import Frozen, FrozenDict, frozen, shortened
 from fiberplan.arrays.units import plain
 
 __all__ = [
+    "LARGEST",
     "Frozen",
     "FrozenDict",
     "frozen",

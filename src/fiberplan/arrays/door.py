@@ -9,6 +9,8 @@ from numpy.typing import DTypeLike
 from fiberplan.arrays.units import plain
 from fiberplan.errors import FiberplanError
 
+LARGEST = 1e9  #: no length is larger: beyond it floating-point numbers round off more than proofs have room for [mm]
+
 
 def read_only(
     values: Any,
@@ -52,18 +54,26 @@ def number(value: Any, unit: str, name: str, error: type[FiberplanError] = Fiber
     """One number in `unit`; a quantity is converted to it.
 
     Raises:
-        error: no number or several, a unit of another kind, or a masked value; one line that names the field.
+        error: no number or several, a unit of another kind, a masked value, or a finite length beyond `LARGEST`; one
+            line that names the field.
     """
     if type(value) is float:
-        return value
+        return value if unit != "mm" else _measurable(value, name, error)
     given, value = value, plain(value, unit, name, error)
     try:
         if isinstance(value, bool | np.bool_ | str | bytes) or np.ndim(value):
             raise TypeError
-        return float(value)
-    except (TypeError, ValueError):
+        value = float(value)
+    except (TypeError, ValueError, OverflowError):
         shown = " ".join(repr(given).split())[:60]
         raise error(f"{name} must be one number{f' [{unit}]' if unit else ''}, got {shown}") from None
+    return value if unit != "mm" else _measurable(value, name, error)
+
+
+def _measurable(value: float, name: str, error: type[FiberplanError]) -> float:
+    if LARGEST < abs(value) < np.inf:
+        raise error(f"{name} is {value:g} mm, more than the {LARGEST:g} mm that can be computed with")
+    return value
 
 
 def not_negative(value: Any, unit: str, name: str, error: type[FiberplanError] = FiberplanError) -> float:

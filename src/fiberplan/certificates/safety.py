@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, number, read_only
+from fiberplan.arrays import LARGEST, Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
 from fiberplan.certificates.clocks import judge_clocks
 from fiberplan.certificates.opening import Opening, judge_opening
@@ -164,6 +164,8 @@ def verify(
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
     path = as_motion(plane.arms, trajectory)
     drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
+    if max(drift, error.max(initial=0.0)) > LARGEST:
+        raise TrajectoryError(f"position error {error.max():g} mm or jitter {jitter:g} s is more than {LARGEST:g} mm")
     errors = np.concatenate([error, np.zeros(len(plane.obstacles))])
     errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))
     widest = margin + 2.0 * min(float(errors.max(initial=0.0)) + drift, EVERYONE)

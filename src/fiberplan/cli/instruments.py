@@ -84,7 +84,10 @@ def facts(plane: "FocalPlane") -> Iterator[tuple[str, str]]:
     yield "extent", f"{_between(plane.base[:, 0])} by {_between(plane.base[:, 1])} mm"
     yield "base to elbow", f"{_between(plane.length)} mm"
     for fiber, offset in plane.fiber_offsets.items():
-        yield f"elbow to fiber '{fiber}'", f"{_between(np.linalg.norm(offset, axis=1))} mm"
+        far = np.linalg.norm(offset, axis=1)
+        there = far[np.isfinite(far)]
+        of = "" if len(there) == plane.n else f", {len(there)} of {plane.n} carry it"
+        yield f"elbow to fiber '{fiber}'", f"{_between(there)} mm{of}" if len(there) else "nobody carries it"
     for what, values, unit in plane.kinematics.describe():
         yield what, f"{' to '.join(map(_between, values))} {unit}"
     if np.isfinite(plane.field_radius):

@@ -21,6 +21,8 @@ Start = Annotated[
     Path,
     typer.Option(metavar="FILE", help="Where everyone stands: a plan's end, a table, an exported motion, a record."),
 ]
+_Tell = Callable[[str], None]
+_Planned = Callable[["FocalPlane", "State", float, _Tell], "Plan"]
 Written = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")]
 
 
@@ -40,10 +42,10 @@ def separate(
     named, with who is in their way.
     """
 
-    def plan(plane: "FocalPlane", state: "State", margin: float) -> "Plan":
+    def plan(plane: "FocalPlane", state: "State", margin: float, tell: _Tell) -> "Plan":
         from fiberplan.planners import separate as parted
 
-        return parted(plane, state, margin)
+        return parted(plane, state, margin, tell)
 
     _from_a_state(plan, "parting", (instrument, start, start_time, offline, margin, output, verbose, json))
 
@@ -87,13 +89,14 @@ def unwind(
     )
 
 
-def _homeward(planner: str, seed: int) -> Callable[["FocalPlane", "State", float], "Plan"]:
+def _homeward(planner: str, seed: int) -> _Planned:
     """What brings everyone to folded by the planner of this name."""
 
-    def plan(plane: "FocalPlane", state: "State", margin: float) -> "Plan":
+    def plan(plane: "FocalPlane", state: "State", margin: float, tell: _Tell) -> "Plan":
+        from fiberplan.cli.planner import planned_by
         from fiberplan.planners import PLANNERS
 
-        return PLANNERS[planner](seed=seed).plan(_to_folded(plane, state, margin))
+        return planned_by(PLANNERS[planner](seed=seed), _to_folded(plane, state, margin), None, tell)
 
     return plan
 
@@ -111,18 +114,18 @@ def _to_folded(plane: "FocalPlane", state: "State", margin: float) -> "Problem":
 _Options = tuple[str, Path, float | None, list[str] | None, float | None, Path | None, bool, bool]
 
 
-def _from_a_state(plan: Callable[["FocalPlane", "State", float], "Plan"], doing: str, options: _Options) -> None:
+def _from_a_state(plan: _Planned, doing: str, options: _Options) -> None:
     """Read the state, plan, write and tell."""
     instrument, start, start_time, offline, margin, output, verbose, json = options
     refuse_unwritable(plan_output(output), inputs=(Path(instrument), start))
-    with working(doing):
+    with working(doing) as tell:
         from fiberplan.focal_plane import FocalPlane
 
         plane, off = switched_off(FocalPlane.load(instrument), offline or ())
         leave = room(plane, margin, 0.0, 0.0)
         state = begun(plane, start, start_time)
         assert state is not None  # there is a --start
-        planned = plan(plane, state, leave.margin)
+        planned = plan(plane, state, leave.margin, tell)
         faults = planned.faults()
         if output is not None:
             planned.write(output)

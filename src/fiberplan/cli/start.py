@@ -107,6 +107,7 @@ def room(plane: "FocalPlane", margin: float | None, jitter: float, position_erro
     """Margin and position errors to plan with: a clock that is off counts as an arm that is."""
     import numpy as np
 
+    from fiberplan.arrays import LARGEST
     from fiberplan.focal_plane.drift import drift
 
     notes = []
@@ -117,6 +118,8 @@ def room(plane: "FocalPlane", margin: float | None, jitter: float, position_erro
     error = np.full(plane.n, position_error)
     if jitter:
         error = error + drift(plane, jitter)
+        if not (error <= LARGEST).all():
+            raise ProblemError(f"--jitter {jitter:g}: arms could be off by more than {LARGEST:g} mm by then")
         notes.append(
             f"clocks that are off by {jitter:g} s are planned for as arms that are off by up to "
             f"{error.max() - position_error:.3f} mm more"

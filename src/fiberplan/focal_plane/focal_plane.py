@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.arrays import Frozen, FrozenDict, number, plain, read_only, shortened, texts
+from fiberplan.arrays import LARGEST, Frozen, FrozenDict, number, plain, read_only, shortened, texts
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.compiled_arms import compile_arms
@@ -133,6 +133,9 @@ class FocalPlane(Frozen):
         for k, (name, value) in enumerate(self.fiber_offsets.items()):
             lacking = np.isnan(value).all(axis=1, keepdims=True) & (k > 0)  # all carry the default fiber
             self._refuse(~np.isfinite(value) & ~lacking, f"fiber '{name}'", "is not a finite number", value)
+            self._refuse(np.abs(value) > LARGEST, f"fiber '{name}'", f"is more than {LARGEST:g} mm", value)
+        for name in ("base", "length"):
+            self._refuse(np.abs(getattr(self, name)) > LARGEST, name, f"is more than {LARGEST:g} mm")
         if len(self.aliases) not in (0, self.n):
             raise InstrumentError(f"{self.name}: {len(self.aliases)} second names for {self.n} positioners")
         if self.recommended_margin is not None and not 0 <= self.recommended_margin < np.inf:

@@ -169,8 +169,9 @@ def _bend(plane: Mounted, who: np.ndarray, points: np.ndarray, offset: np.ndarra
     inner, outer = reach(plane, who, offset)
     delta = points - plane.base[who]
     d = np.hypot(delta[:, 0], delta[:, 1])
-    wide = np.sqrt(np.maximum((outer - d) * (outer + d), 0.0))
-    near = np.sqrt(np.maximum((d - inner) * (d + inner), 0.0))
+    with np.errstate(over="ignore"):  # of a target at 1e300 mm
+        wide = np.sqrt(np.maximum((outer - d) * (outer + d), 0.0))
+        near = np.sqrt(np.maximum((d - inner) * (d + inner), 0.0))
     return np.where((d <= outer + TOLERANCE) & (d >= inner - TOLERANCE), 2.0 * np.arctan2(wide, near), np.nan)
 
 

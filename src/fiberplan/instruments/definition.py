@@ -9,7 +9,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import ValidationError
@@ -32,9 +32,16 @@ _JOINTS = ("alpha", "beta")
 _AT = re.compile(r"(.*) \(at (line \d+, column \d+|end of document)\)$")
 
 
-@focal_plane_format("toml", "a .toml file written by hand", lambda path: path.suffix.lower() == ".toml")
-def read_definition(path: str | os.PathLike) -> FocalPlane:
+def _usable(path: FilePath) -> FocalPlane:
+    return read_definition(path, "drop")
+
+
+@focal_plane_format("toml", "a .toml file written by hand", lambda path: path.suffix.lower() == ".toml", _usable)
+def read_definition(path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
     """The focal plane that a TOML file describes.
+
+    With "drop", a positioner with a cell of a table that cannot be used is offline, and named; one of which nothing
+    says where it is, is left out.
 
     Raises:
         InstrumentError: no such file, not TOML (line and column are named), or a field or table that cannot be used
@@ -45,7 +52,7 @@ def read_definition(path: str | os.PathLike) -> FocalPlane:
     said = _parsed(path, text)
     try:
         definition = Definition.model_validate(said)
-        return plane_of(definition, path, positioner_tables(definition, path, text))
+        return plane_of(definition, path, positioner_tables(definition, path, text), conflicts == "drop")
     except ValidationError as error:
         raise InstrumentError(f"{path}: {message(complaints_of(error, said), text, said)}") from None
     except DefinitionError as error:
@@ -63,15 +70,16 @@ def _parsed(path: FilePath, text: str) -> dict[str, Any]:
         raise InstrumentError(f"{path}: is not a usable TOML file (nested too deeply, or a number too long)") from None
 
 
-def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable]) -> FocalPlane:
-    """One focal plane from a definition at `path` and its tables.
+def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable], drop: bool = False) -> FocalPlane:
+    """One focal plane from a definition at `path` and its tables; with `drop`, of what can be used of the tables.
 
     Raises:
         InstrumentError: a value that cannot be used, in a table or (`DefinitionError`) in the definition.
     """
     ids, start, discs = _places(definition, tables)
-    values = PositionerValues(ids, tables)
+    values = PositionerValues(ids, tables, drop)
     base = _base(values, start)
+    lost = np.isnan(base).any(axis=1)
     joints = definition.joints
 
     def both(name: str, unit: str, optional: bool = False) -> np.ndarray:
@@ -87,6 +95,8 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
     lower, upper, folded = both("lower", "rad"), both("upper", "rad"), both("folded", "rad")
     zero, speed, slowest = both("zero", "rad"), both("speed", "rad/s"), both("min_speed", "rad/s")
     acceleration = both("acceleration", "rad/s2", optional=True)
+    mended = list(values.faults)  # where a joint's range is not its own, it holds where the joint is folded
+    lower[mended], upper[mended] = np.fmin(lower, folded)[mended], np.fmax(upper, folded)[mended]
     _check_joints(values, length, lower, upper, folded)
     _check_motors(values, speed, acceleration, slowest)
     fibers = _fibers(definition, values)
@@ -95,6 +105,7 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
     forbidden = shape_tables.forbidden(definition.forbidden, path.parent)
     kinematics = _kinematics(definition, values, base)
     online = values.flags("online")
+    online[list(values.faults)] = False
     _check_names(definition, values)
     notes = [*([definition.title] if definition.title else []), *definition.sources]
     if not bodies:
@@ -102,10 +113,16 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
     if values.complaints:
         raise DefinitionError(*dict.fromkeys(values.complaints))
     notes += values.unused()
+    mendings = [
+        f"positioner {ids[i]} is left out, nothing says where it stands: {text}"
+        if lost[i]
+        else f"positioner {ids[i]} is offline: {text}; where a value is missing it is taken as the usual one"
+        for i, text in sorted(values.faults.items())
+    ]
     try:
-        return FocalPlane(
+        plane = FocalPlane(
             ids=ids,
-            base=base,
+            base=np.where(lost[:, None], 0.0, base),
             length=length,
             fiber_offsets=fibers,
             folded=folded,
@@ -119,13 +136,14 @@ def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable
             name=definition.name,
             kinematics=kinematics,
             field_radius=definition.field_radius or np.inf,
-            notes=tuple(notes),
-            assumptions=tuple(definition.assumptions),
+            notes=(*notes, *mendings),
+            assumptions=(*definition.assumptions, *mendings),
             recommended_margin=definition.margin,
             forbidden=forbidden,
             max_acceleration=np.where(np.isnan(acceleration), np.inf, acceleration),
             min_speed=slowest,
         )
+        return plane.subset(np.flatnonzero(~lost)) if lost.any() else plane
     except InstrumentError as error:
         raise InstrumentError(f"{path}: {error}") from None
 
@@ -181,13 +199,16 @@ def _check_joints(
     folded: np.ndarray,
 ) -> None:
     """Refuse values that do not go together, where they are said."""
-    values.check(length < 0, ["length"], ("arm", "length"), "{} mm is negative", length)
+    wrong = values.check(length < 0, ["length"], ("arm", "length"), "{} mm is negative", length)
+    _replace(wrong, length)
     for k, joint in enumerate(_JOINTS):
         low, high, park = (np.degrees(array[:, k]) for array in (lower, upper, folded))
         field, names = ("joints", joint), [f"{name}_{joint}" for name in ("lower", "upper", "folded")]
-        values.check(low > high, names[:2], (*field, "lower"), "lower {} deg is above upper {} deg", low, high)
+        wrong = values.check(low > high, names[:2], (*field, "lower"), "lower {} deg is above upper {} deg", low, high)
         outside = (low <= high) & ((park < low) | (park > high))
-        values.check(outside, names[::-1], (*field, "folded"), "folded {} deg is outside {} to {} deg", park, low, high)
+        text = "folded {} deg is outside {} to {} deg"
+        wrong |= values.check(outside, names[::-1], (*field, "folded"), text, park, low, high)
+        _replace(wrong, lower[:, k], upper[:, k], folded[:, k])
 
 
 def _check_motors(values: PositionerValues, speed: np.ndarray, acceleration: np.ndarray, slowest: np.ndarray) -> None:
@@ -195,26 +216,39 @@ def _check_motors(values: PositionerValues, speed: np.ndarray, acceleration: np.
     for k, joint in enumerate(_JOINTS):
         fast, change, slow = (np.degrees(array[:, k]) for array in (speed, acceleration, slowest))
         field, names = ("joints", joint), [f"{name}_{joint}" for name in ("min_speed", "speed", "acceleration")]
-        values.check(fast <= 0, names[1:2], (*field, "speed"), "{} deg/s is not a positive speed", fast)
-        wrong = "{} deg/s^2 is not a positive acceleration"
-        values.check(change <= 0, names[2:], (*field, "acceleration"), wrong, change)
-        values.check(slow < 0, names[:1], (*field, "min_speed"), "{} deg/s is negative", slow)
-        over = "least speed {} deg/s is above the largest, {} deg/s"
-        values.check(slow > fast, names[:2], (*field, "min_speed"), over, slow, fast)
+        wrong = values.check(fast <= 0, names[1:2], (*field, "speed"), "{} deg/s is not a positive speed", fast)
+        text = "{} deg/s^2 is not a positive acceleration"
+        wrong |= values.check(change <= 0, names[2:], (*field, "acceleration"), text, change)
+        wrong |= values.check(slow < 0, names[:1], (*field, "min_speed"), "{} deg/s is negative", slow)
+        text = "least speed {} deg/s is above the largest, {} deg/s"
+        wrong |= values.check(slow > fast, names[:2], (*field, "min_speed"), text, slow, fast)
+        _replace(wrong, speed[:, k], acceleration[:, k], slowest[:, k])
+
+
+def _replace(wrong: np.ndarray, *columns: np.ndarray) -> None:
+    """Put the median of the others in place of values (n,) that are wrong."""
+    for column in columns if wrong.any() else ():
+        column[wrong] = np.median(column[~wrong]) if not wrong.all() else np.nan
 
 
 def _fibers(definition: Definition, values: PositionerValues) -> dict[str, np.ndarray]:
-    """Places of each fiber (n, 2) in the beta link's frame [mm]; of the first, `arm` is the length along that link."""
+    """Places of each fiber (n, 2) in the beta link's frame [mm]; NaN for who lacks it, which nobody does the first.
+
+    Of the first, `arm` is the length along that link.
+    """
     arm = values.column("arm", (), "mm", optional=True)
     fibers = {}
     for k, name in enumerate(definition.fibers):
         common = definition.fibers[name] if isinstance(definition.fibers, dict) else (np.nan, np.nan)
         straight = np.isfinite(arm) if k == 0 else np.zeros(len(arm), bool)
+        some = k > 0 and values.given(f"{name}_x") and values.given(f"{name}_y")  # all carry the first
         columns = [
-            values.column(f"{name}_{axis}", ("fibers", name), "mm", np.where(straight, along, place))
+            values.column(f"{name}_{axis}", ("fibers", name), "mm", np.where(straight, along, place), some)
             for axis, along, place in zip("xy", (arm, 0.0 * arm), common, strict=True)
         ]
-        fibers[name] = np.stack(columns, axis=1)
+        half = np.isnan(columns[0]) != np.isnan(columns[1])
+        wrong = values.check(half, [f"{name}_x", f"{name}_y"], ("fibers", name), "only one of x and y is given")
+        fibers[name] = np.where(wrong[:, None], np.nan, np.stack(columns, axis=1))
     return fibers
 
 

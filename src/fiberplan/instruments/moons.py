@@ -49,6 +49,7 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
     datum = [file.number(f"INS.POS.DEF{k}") if f"INS.POS.DEF{k}" in file.values else 0.0 for k in (1, 2)]
     speed, said = _speeds(file)
     bodies, form = zones(file)
+    assumed = [*form, *([_DRAWN] if file.numbered("INS.ACQ") else [])]
     ends = {name: [file.number(f"INS.POS.{name}{k}") for k in (1, 2)] for name in ("LOW", "HIGH")}
     offline = {k: _LOCKED for k in numbers if file.flag(f"INS.POS{k}.LOCK")}
     offline |= {k: _HEALTH for k in numbers if not file.flag(f"INS.FIBRE{k}.HEALTH") and k not in offline}
@@ -78,11 +79,10 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
         notes=(
             f"from {path.name}: MOONS prototype, lengths, ranges and avoidance zones as in the file",
             *said,
-            *form,
-            *([_DRAWN] if file.numbered("INS.ACQ") else []),
+            *assumed,
             *(f"positioner {k} is taken as offline: {why}" for k, why in offline.items()),
         ),
-        assumptions=tuple(form),
+        assumptions=tuple(assumed),
     )
 
 

@@ -1,6 +1,6 @@
 """Values of each positioner: what the file says for all, and what tables say of one, the later table winning."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -17,12 +17,18 @@ _CLOSE = 0.8  # of 1: a column spelt like this one is a mistake, and not one for
 
 
 class PositionerValues:
-    """Values of positioners by column, (n,) each, in mm, rad, s and what is made of them; complaints are collected."""
+    """Values of positioners by column, (n,) each, in mm, rad, s and what is made of them; complaints are collected.
 
-    def __init__(self, ids: Sequence[str], tables: Sequence[InputTable]):
+    Where cells that cannot be used are to be dropped, `faults` gets the positioners that have one, and the usual value
+    (unless it is said otherwise the median of all others) stands in for it.
+    """
+
+    def __init__(self, ids: Sequence[str], tables: Sequence[InputTable], drop: bool = False):
         self.ids = tuple(ids)
         self.index = {id_: i for i, id_ in enumerate(self.ids)}
         self.complaints: list[Complaint] = []
+        self.faults: dict[int, str] = {}  # positioner -> what is wrong, and where
+        self.drop = drop
         self.used = {"positioner"}
         self._tables = tables
         rows = [row_of(table) for table in tables]
@@ -35,6 +41,7 @@ class PositionerValues:
         unit: str | None = None,
         common: float | np.ndarray | None = None,
         optional: bool = False,
+        usual: Callable[[np.ndarray], float] = np.median,
     ) -> np.ndarray:
         """A column of all tables (n,).
 
@@ -44,6 +51,7 @@ class PositionerValues:
             unit: "mm", "rad", "rad/s" or "rad/s2".
             common: the value for all, as people write it (degrees); None: none is given.
             optional: where nothing is given the value is NaN, which is a complaint otherwise.
+            usual: of the cells that can be used, what stands in for one that cannot.
         """
         self.used.add(name)
         values = np.full(len(self.ids), np.nan)
@@ -51,24 +59,46 @@ class PositionerValues:
             values[:] = np.radians(common) if unit in ("rad", "rad/s", "rad/s2") else common
         for table, rows in zip(self._tables, self._rows, strict=True):
             if name in table:
-                cells = table.numbers(name, unit, unit and _TYPED[unit], blank=np.nan)
+                wrong: dict[int, str] | None = {} if self.drop else None
+                cells = table.numbers(name, unit, unit and _TYPED[unit], blank=np.nan, faults=wrong)
                 given = (rows >= 0) & np.isfinite(cells[rows])
                 values[given] = cells[rows[given]]
+                self._found_wrong(table, rows, wrong)
         missing = np.isnan(values)
         if missing.any() and not optional:
-            self._missing(name, field, self.ids[int(np.argmax(missing))], bool(missing.all()))
+            if self.drop and not missing.all():
+                for i in map(int, np.flatnonzero(missing)):
+                    row = self._row(i)
+                    self.faults.setdefault(i, f"{row}: {name} is empty" if row else f"no table says its {name}")
+                values[missing] = usual(values[~missing])
+            else:
+                self._missing(name, field, int(np.argmax(missing)), bool(missing.all()))
         return values
 
-    def _missing(self, name: str, field: Path, id_: str, everywhere: bool) -> None:
+    def given(self, name: str) -> bool:
+        """Whether a table has such a column."""
+        return any(name in table for table in self._tables)
+
+    def _found_wrong(self, table: InputTable, rows: np.ndarray, wrong: Mapping[int, str] | None) -> None:
+        """Note whose rows (n,) of a table have something wrong."""
+        for row, text in (wrong or {}).items():
+            for i in map(int, np.flatnonzero(rows == row)):
+                self.faults.setdefault(i, f"{table.rows[row]}: {text}")
+
+    def _row(self, i: int) -> str:
+        """The row of a positioner in the last table that has one; "" if none has."""
+        found = [table.rows[rows[i]] for table, rows in zip(self._tables, self._rows, strict=True) if rows[i] >= 0]
+        return found[-1] if found else ""
+
+    def _missing(self, name: str, field: Path, i: int, everywhere: bool) -> None:
         sources = [f"column '{name}' in {table.source}" for table in self._tables]
         if not sources:
             self.complaints.append(Complaint(field, "is missing"))
         elif everywhere:
             self.complaints.append(Complaint(field, f"is missing, and there is no {' or '.join(sources)}"))
         else:
-            self.complaints.append(
-                Complaint(field, f"is missing, and {' and '.join(sources)} says none for positioner '{id_}'")
-            )
+            who = f"positioner '{self.ids[i]}'" + (f" in {row}" if (row := self._row(i)) else "")
+            self.complaints.append(Complaint(field, f"is missing, and {' and '.join(sources)} says none for {who}"))
 
     def flags(self, name: str) -> np.ndarray:
         """A column of true and false (n,); true where nothing is given."""
@@ -76,11 +106,13 @@ class PositionerValues:
         values = np.ones(len(self.ids), bool)
         for table, rows in zip(self._tables, self._rows, strict=True):
             if name in table:
-                values = np.where(rows >= 0, table.flags(name, blank=True)[rows], values)
+                wrong: dict[int, str] | None = {} if self.drop else None
+                values = np.where(rows >= 0, table.flags(name, blank=True, faults=wrong)[rows], values)
+                self._found_wrong(table, rows, wrong)
         return values
 
-    def check(self, bad: np.ndarray, names: Sequence[str], field: Path, text: str, *shown: np.ndarray) -> None:
-        """Refuse the first positioner that is `bad` (n,).
+    def check(self, bad: np.ndarray, names: Sequence[str], field: Path, text: str, *shown: np.ndarray) -> np.ndarray:
+        """Refuse the first positioner that is `bad` (n,), or note all of them, and tell which of them (n,) are noted.
 
         Args:
             bad: (n,)
@@ -92,17 +124,28 @@ class PositionerValues:
         Raises:
             InstrumentError: of a value in a table; one in the instrument file is a complaint.
         """
-        if not bad.any():
-            return
-        i = int(np.argmax(bad))
-        said = text.format(*(f"{values[i]:.6g}" for values in shown))
+        noted = np.zeros(len(self.ids), bool)
+        for i in map(int, np.flatnonzero(bad)):
+            said = text.format(*(f"{values[i]:.6g}" for values in shown))
+            blamed = self._blamed(names, i)
+            if blamed is None:
+                self.complaints.append(Complaint(field, said))
+                break
+            (table, row, name), noted[i] = blamed, True
+            column = "" if name == "positioner" else f"{name}: "
+            if not self.drop:
+                raise table.fail(row, f"positioner '{self.ids[i]}': {column}{said}")
+            self.faults.setdefault(i, f"{table.rows[row]}: {column}{said}")
+        return noted
+
+    def _blamed(self, names: Sequence[str], i: int) -> tuple[InputTable, int, str] | None:
+        """The table, its row and the column that says one of these values of positioner i; None if no table does."""
         for name in names:
             for table, rows in zip(reversed(self._tables), reversed(self._rows), strict=True):
                 row = int(rows[i])
                 if row >= 0 and name in table and table.texts(name, "")[row] not in ("", "nan"):
-                    column = "" if name == "positioner" else f"{name}: "
-                    raise table.fail(row, f"positioner '{self.ids[i]}': {column}{said}")
-        self.complaints.append(Complaint(field, said))
+                    return table, row, name
+        return None
 
     def unused(self) -> list[str]:
         """Notes on columns that nothing asked for.
@@ -112,9 +155,10 @@ class PositionerValues:
         """
         notes = []
         for table in self._tables:
-            extra = [name for name in table.columns if name not in self.used]
+            known = {used.lower() for used in self.used}
+            extra = [name for name in table.columns if name.lower() not in known]
             for name in extra:
-                halves = [known for known in sorted(self.used) if known.startswith(f"{name}_")]
+                halves = [used for used in sorted(self.used) if used.startswith(f"{name}_")]
                 if meant := nearest(name, halves, 0.0) or nearest(name, self.used, _CLOSE):
                     raise InstrumentError(f"{table.source}: column '{name}' is not known{meant}")
             if extra:

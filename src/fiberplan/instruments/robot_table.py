@@ -9,6 +9,7 @@ said so.
 """
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from fiberplan.instruments.complaints import DefinitionError
 from fiberplan.instruments.definition import plane_of
 from fiberplan.instruments.definition_model import Definition, Positioner
 from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.instruments.positioner_table import row_of
 from fiberplan.tables.table_reader import InputTable, read_table
 
 USUAL_SPEED = 30.0  #: where a table gives none [deg/s]
@@ -42,20 +44,32 @@ def _accepts(path: Path) -> bool:
     if path.suffix.lower() == ".fits":
         there = {card.lower() for card in (b"'positioner", b"'length") if card in head.lower()}
         return len(there) == 2 and not any(word in head for word in _OURS)
-    lines = head.decode("utf-8", "replace").lstrip("\ufeff").splitlines()
+    lines = head.decode("utf-8", "replace").lstrip("\ufeff").lower().splitlines()
     heading = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     words = {word.split("[")[0].strip(' "') for word in heading.replace(" ", ",").split(",")}
     return {"positioner", "length"} <= words
 
 
-@focal_plane_format("robots", "a table with a row for each robot (columns positioner, x, y, length, ...)", _accepts)
-def read_robots(path: Path) -> FocalPlane:
+def _usable(path: Path) -> FocalPlane:
+    return read_robots(path, "drop")
+
+
+@focal_plane_format(
+    "robots", "a table with a row for each robot (columns positioner, x, y, length, ...)", _accepts, _usable
+)
+def read_robots(path: Path, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
     """The focal plane of a table of robots.
+
+    With "drop", a robot with a cell that cannot be used is offline, and named; one of which nothing says where it is,
+    is left out.
 
     Raises:
         InstrumentError: a column that is missing, or a value that cannot be used; file, row and value are named.
     """
     read = read_table(path, InstrumentError)
+    drop = conflicts == "drop"
+    if not drop:
+        _refuse_blanks(read)
     table = _renamed(read)
     fibers = [name[:-2] for name in table.columns if name.endswith("_x") and name[:-2]] or ["fiber"]
     table = _with_sides(table, fibers)
@@ -67,33 +81,70 @@ def read_robots(path: Path) -> FocalPlane:
         if f"speed_{joint}" not in table:
             said["speed"] = USUAL_SPEED
             assumptions.append(f"speed of {joint} {USUAL_SPEED:g} deg/s: the table of robots gives none")
-    table, parked = _parked(table)
+    table, parked = _parked(table, drop)
     assumptions += parked
     definition = Definition.model_validate(
         {"format": 1, "name": path.stem, "positioners": path.name, "fibers": fibers, "joints": joints}
     )
-    radius = table.numbers("radius", "mm") if "radius" in table else None
-    if radius is not None and (radius < 0).any():
-        row = int(np.argmax(radius < 0))
-        raise table.fail(row, f"radius {radius[row]:g} mm is negative")
+    radius, faults = _radius(table, drop)
     bare = {name: cells for name, cells in table.columns.items() if name != "radius"}
     try:
-        plane = plane_of(definition, path, [InputTable(table.source, bare, table.units, table.rows, InstrumentError)])
+        rest = InputTable(table.source, bare, table.units, table.rows, InstrumentError)
+        plane = plane_of(definition, path, [rest], drop)
     except DefinitionError as error:
         raise InstrumentError(f"{path}: {error}") from None
+    assumptions += plane.assumptions
     if radius is None:
         return plane.replace(assumptions=tuple(assumptions))
+    row = np.array([row_of(table)[id_] for id_ in plane.ids])
+    thin = [f"positioner {plane.ids[i]} is offline: {faults[k]}" for i, k in enumerate(row) if k in faults]
     ends = np.stack([np.zeros((plane.n, 2)), plane.fiber], axis=1)
-    assumptions.append("arms are capsules from the elbow to the fiber, of the table's radius")
-    notes = tuple(note for note in plane.notes if "no bodies" not in note)
-    return plane.replace(bodies=(Body(ends, radius),), assumptions=tuple(assumptions), notes=notes)
+    assumptions += ["arms are capsules from the elbow to the fiber, of the table's radius", *thin]
+    notes = (*(note for note in plane.notes if "no bodies" not in note), *thin)
+    online = plane.online & ~np.isin(row, list(faults))
+    bodies = (Body(ends, radius[row]),)
+    return plane.replace(bodies=bodies, online=online, assumptions=tuple(assumptions), notes=notes)
+
+
+def _refuse_blanks(table: InputTable) -> None:
+    """Refuse a cell that is empty, or is no number, where every robot needs one: by its line and its heading."""
+    ends = [f"{value}_{joint}" for value in ("lower", "upper", "folded", "speed") for joint in ("alpha", "beta")]
+    needed = {"length", "radius", *ends}
+    if "distance" not in table:
+        needed |= {"x", "y"}
+    for heading in table.columns:
+        if _name(heading) in needed:
+            table.numbers(heading)
+
+
+def _radius(table: InputTable, drop: bool) -> tuple[np.ndarray | None, dict[int, str]]:
+    """Of each row's arm [mm], None if the table gives none; and the rows that have none, which take the largest."""
+    if "radius" not in table:
+        return None, {}
+    faults: dict[int, str] = {}
+    radius = np.array(table.numbers("radius", "mm", faults=faults if drop else None))
+    for row in map(int, np.flatnonzero(radius < 0)):
+        said = f"radius {radius[row]:g} mm is negative"
+        if not drop:
+            raise table.fail(row, said)
+        faults.setdefault(row, said)
+    good = ~np.isin(np.arange(len(radius)), list(faults))
+    if not good.any():
+        raise table.fail(min(faults), faults[min(faults)])
+    radius[~good] = radius[good].max()
+    return radius, {row: f"{table.rows[row]}: {text}; its arm is taken as thick as any" for row, text in faults.items()}
+
+
+def _name(heading: str) -> str:
+    """What `docs/instrument-format.md` calls a column."""
+    return _NAMES.get(heading.lower(), heading)
 
 
 def _renamed(table: InputTable) -> InputTable:
     """The same by the names of `docs/instrument-format.md`."""
     columns, units = {}, {}
     for name, cells in table.columns.items():
-        known = _NAMES.get(name, name)
+        known = _name(name)
         if known in columns or (known != name and known in table.columns):
             raise InstrumentError(f"{table.source}: columns '{known}' and '{name}' are the same value")
         columns[known] = cells
@@ -105,19 +156,27 @@ def _renamed(table: InputTable) -> InputTable:
 def _with_sides(table: InputTable, fibers: list[str]) -> InputTable:
     """The same with a zero for the y of fibers that lie straight along the beta link."""
     known = set(Positioner.model_fields)
-    added = {f"{name}_y": ["0"] * len(table) for name in fibers if f"{name}_x" in table and f"{name}_y" not in table}
+    added = {}
+    for name in fibers:
+        if f"{name}_x" in table and f"{name}_y" not in table:
+            along = table.numbers(f"{name}_x", blank=np.nan, faults={})
+            added[f"{name}_y"] = ["" if np.isnan(x) else "0" for x in along]
     added = {name: cells for name, cells in added.items() if name not in known}
     return InputTable(table.source, {**table.columns, **added}, table.units, table.rows, InstrumentError)
 
 
-def _parked(table: InputTable) -> tuple[InputTable, list[str]]:
-    """The same with a park state where it gives none: alpha as near to 0, beta as near to folded as ranges allow."""
+def _parked(table: InputTable, drop: bool) -> tuple[InputTable, list[str]]:
+    """The same with a park state where it gives none: alpha as near to 0, beta as near to folded as ranges allow.
+
+    With `drop`, cells that cannot be used do not count here.
+    """
+    faults: dict[int, str] | None = {} if drop else None
     columns, units, assumptions = dict(table.columns), dict(table.units), []
     for joint, wanted in (("alpha", 0.0), ("beta", 180.0)):
         if f"folded_{joint}" in table:
             continue
-        zero = table.numbers(f"zero_{joint}", "rad", "deg", blank=0.0) if f"zero_{joint}" in table else 0.0
-        low, high = (table.numbers(f"{end}_{joint}", "rad", "deg", blank=np.nan) for end in ("lower", "upper"))
+        zero = table.numbers(f"zero_{joint}", "rad", "deg", 0.0, faults) if f"zero_{joint}" in table else 0.0
+        low, high = (table.numbers(f"{end}_{joint}", "rad", "deg", np.nan, faults) for end in ("lower", "upper"))
         best = np.radians(wanted) - (zero if joint == "beta" else 0.0)
         columns[f"folded_{joint}"] = np.fmin(np.fmax(np.broadcast_to(best, low.shape), low), high)
         units[f"folded_{joint}"] = "rad"

@@ -39,8 +39,9 @@ def bodies(parts: Sequence[BodyPart], values: PositionerValues, folder: FilePath
     for k, part in enumerate(parts):
         points, common = _outlines(k, part, values, tables)
         field, column = ("bodies", k, "radius"), f"radius_{part.name}"
-        radius = values.column(column, field, "mm", common)
-        values.check(radius < 0, [column], field, "{} mm is negative", radius)
+        radius = values.column(column, field, "mm", common, usual=np.max)
+        wrong = values.check(radius < 0, [column], field, "{} mm is negative", radius)
+        radius[wrong] = radius.max(initial=-np.inf, where=~wrong)
         if not np.all(radius >= 0):
             continue  # a complaint by now
         made.append(

@@ -24,6 +24,8 @@ def load_focal_plane(name_or_path: str | os.PathLike, conflicts: Literal["raise"
         InstrumentError: no such instrument or file, or one that cannot be used; one line that names it.
     """
     path = Path(name_or_path)
+    if not str(name_or_path).strip():
+        raise InstrumentError(f"no instrument is called '{name_or_path}': a name or a path is wanted")
     try:
         return _noted(named(str(name_or_path)) if name_or_path in names() else _from_path(path, conflicts))
     except OSError as error:  # a name that no file can have, a folder that may not be looked into

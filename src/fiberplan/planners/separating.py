@@ -1,5 +1,6 @@
 """Parting positioners that touch, or stand nearer than the margin, with proof that none comes nearer meanwhile."""
 
+from collections.abc import Callable
 from time import process_time
 
 import numpy as np
@@ -10,7 +11,12 @@ from fiberplan.planners.shared.opening import opened
 from fiberplan.problem import Problem, State
 
 
-def separate(plane: FocalPlane, state: State | np.ndarray, margin: float | None = None) -> Plan:
+def separate(
+    plane: FocalPlane,
+    state: State | np.ndarray,
+    margin: float | None = None,
+    report: Callable[[str], None] | None = None,
+) -> Plan:
     """A plan that parts those who are nearer than the margin, and moves nobody else than has to make room.
 
     Who cannot be brought to the margin is `DEADLOCKED`, with those in its way as blockers.
@@ -19,6 +25,7 @@ def separate(plane: FocalPlane, state: State | np.ndarray, margin: float | None 
         plane: the array.
         state: where everyone stands, or (n, 2) commanded angles [rad].
         margin: clearance to reach [mm]; what the focal plane recommends unless given, or 0.
+        report: told about progress, in words.
 
     Raises:
         ProblemError: a state that does not fit, or a joint far out of its range.
@@ -27,7 +34,7 @@ def separate(plane: FocalPlane, state: State | np.ndarray, margin: float | None 
     margin = (plane.recommended_margin or 0.0) if margin is None else margin
     nowhere = np.full((plane.n, 2), np.nan)
     problem = Problem(plane, state, nowhere, margin, near_start="open")  # type: ignore[arg-type]
-    done = opened(problem.roomy, problem.start, problem.margin)
+    done = opened(problem.roomy, problem.start, problem.margin, report)
 
     def outcome(i: int) -> Outcome:
         if not problem.plane.online[i]:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, FrozenDict, number, read_only, shortened, told_apart
+from fiberplan.arrays import LARGEST, Frozen, FrozenDict, number, read_only, shortened, told_apart
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.clearance import clearances
@@ -173,8 +173,8 @@ class Problem(Frozen):
         error = np.zeros(n) if self.position_error is None else self.position_error
         error = read_only(error, unit="mm", name="position error", error=ProblemError)
         error = read_only(np.broadcast_to(error, (n,)) if error.ndim == 0 else error)
-        if error.shape != (n,) or not np.all(np.isfinite(error) & (error >= 0)):
-            raise ProblemError(f"position error must be one length or {n}, of 0 mm or more")
+        if error.shape != (n,) or not np.all((error >= 0) & (error <= LARGEST)):
+            raise ProblemError(f"position error must be one length or {n}, of 0 to {LARGEST:g} mm")
         object.__setattr__(self, "position_error", error)
         object.__setattr__(self, "assumptions", tuple(self.assumptions))
         if self.near_start not in ("raise", "open"):
@@ -331,7 +331,12 @@ class Problem(Frozen):
     @property
     def needs_opening(self) -> bool:
         """Whether the start is nearer than a planner can begin with, or a joint of it a little out of range."""
-        return bool(self.opening) or bool(self._out_of_range(self.start))
+        return bool(self.opening) or bool(self._out_of_range(self._movable_start))
+
+    @property
+    def _movable_start(self) -> np.ndarray:
+        """(n, 2) the start of those that can move, else NaN: no range binds who stays where it is."""
+        return np.where(self.plane.online[:, None], self.start, np.nan)
 
     @property
     def n(self) -> int:
@@ -419,7 +424,7 @@ class Problem(Frozen):
         bad = np.flatnonzero(~np.all(np.isfinite(self.start), axis=1))
         if len(bad):
             raise ProblemError(f"start: {self._name(bad[0])} has no finite angles", (int(bad[0]),))
-        far = self._out_of_range(self.start, START_RANGE if self.near_start == "open" else RANGE)
+        far = self._out_of_range(self._movable_start, START_RANGE if self.near_start == "open" else RANGE)
         if far:
             raise ProblemError(f"start: {next(iter(far.values()))}", tuple(far))
         if self.near_start == "raise":

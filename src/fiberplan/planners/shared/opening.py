@@ -5,22 +5,27 @@ clearance as possible for the pairs that have too little, none of the margin tak
 back into their ranges. A group that gets stuck takes its neighbours in, who may make room. What gets stuck all the same
 is wedged: it stays where it is.
 
-A pair only has to keep the clearance that it began with; that it does, over whole steps, is for the proof to show
-(`fiberplan.certificates.opening`).
+A pair only has to keep the clearance that it began with until it has the margin, which then holds. Within a step, of
+which the ends and the middle are looked at, it may do otherwise; so each group's motion is judged as the proof will
+(`fiberplan.certificates.opening`), and sought again in finer steps where that does not hold.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import linprog
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from fiberplan.arrays import read_only
+from fiberplan.certificates.opening import judge_opening
+from fiberplan.certificates.path import as_motion
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.slopes import clearance_slopes
 from fiberplan.kernels.sweep import swept_clear
 from fiberplan.motion import Trajectory
-from fiberplan.planners.shared.clusters import clusters
 from fiberplan.tolerances import EQUALITY, RANGE, SLACK, UNDER_LIMIT
 
 _TURN = 0.02  # [rad] of a joint in one step, at most
@@ -28,6 +33,7 @@ _GAIN = 0.2  # [mm] that a pair comes apart in one step, at most
 _ENOUGH = 2e-3  # [mm] more than a planner can begin with: so far apart a pair is open
 _STEPS = 600  # of one group
 _HALVINGS = 8  # of a step that is refused
+_FINER = (1.0, 4.0, 16.0)  # steps as above, and divided by so much
 _KINKS = 6  # of the near pairs' clearance around one place
 _WORTH = 1e-7  # [mm] a step that opens by less is none
 
@@ -44,8 +50,17 @@ class Opened:
 class _Group:
     """A few positioners that come apart together, all others standing."""
 
-    def __init__(self, plane: FocalPlane, near: Neighbourhood, margin: float, angles: np.ndarray, members: list[int]):
-        self._plane, self._near, self._margin = plane, near, margin
+    def __init__(
+        self,
+        plane: FocalPlane,
+        near: Neighbourhood,
+        margin: float,
+        angles: np.ndarray,
+        members: list[int],
+        finer: float = 1.0,
+    ):
+        self._plane, self._near, self._margin, self._finer = plane, near, margin, finer
+        self._start = np.array(angles)
         self._angles = plane.with_obstacles(angles).copy()
         self.members = members
         self._place = {i: k for k, i in enumerate(members)}
@@ -57,7 +72,7 @@ class _Group:
 
     def run(self) -> bool:
         """Come apart; False if stuck before everyone has the margin and is in range."""
-        for _ in range(_STEPS):
+        for _ in range(int(_STEPS * self._finer)):
             slopes = clearance_slopes(self._plane.arms, read_only(self._angles), self._pairs)
             open_ = slopes[:, 0] < self._margin + EQUALITY + _ENOUGH
             if not open_.any() and not self._outside().any():
@@ -117,7 +132,7 @@ class _Group:
                 rows.append(row)
                 room.append(there[k, 0] - slopes[k, 0] + float(row[:-1] @ turns.ravel()))
         speed = self._plane.max_speed[self.members]
-        most = (_TURN * speed / speed.max()).ravel()
+        most = (_TURN / self._finer * speed / speed.max()).ravel()
         now = self._angles[self.members]
         low = np.minimum(self._plane.lower[self.members] - now, 0.0).ravel()
         high = np.maximum(self._plane.upper[self.members] - now, 0.0).ravel()
@@ -126,7 +141,9 @@ class _Group:
         bounds = [(max(a, -m), min(b, m)) for a, b, m in zip(low, high, most, strict=True)]
         gain = np.zeros(count + 1)
         gain[-1] = -1.0
-        solved = linprog(gain, np.array(rows), np.array(room), bounds=[*bounds, (0.0, _GAIN)], method="highs")
+        solved = linprog(
+            gain, np.array(rows), np.array(room), bounds=[*bounds, (0.0, _GAIN / self._finer)], method="highs"
+        )
         if not solved.success or (open_.any() and -solved.fun < _WORTH):
             return None
         return np.asarray(solved.x[:-1].reshape(-1, 2))
@@ -159,6 +176,23 @@ class _Group:
             step = 0.5 * step
         return False
 
+    def keeps_the_rule(self) -> bool:
+        """Whether every pair that began nearer than the margin is shown to keep what it had, and then the margin."""
+        arms, first = self._plane.arms, self._plane.with_obstacles(self._start)
+        near = clearance_slopes(arms, first, self._pairs)[:, 0] < self._margin
+        motion = as_motion(arms, self.motion())
+        pairs, exact = read_only(self._pairs[near], np.int64), np.zeros(len(arms.arm))
+        return bool(np.isnan(judge_opening(arms, motion, pairs, exact, self._margin, 0.0)[:, 2]).all())
+
+    def motion(self) -> Trajectory:
+        """Of all positioners, the others standing."""
+        n = self._plane.n
+        owner, times = np.tile(self.members, len(self.times)), np.repeat(self.times, len(self.members))
+        poses = np.concatenate([self._start, *self.path])
+        return Trajectory.from_knots(
+            np.concatenate([np.arange(n), owner]), np.concatenate([np.zeros(n), times]), poses, n
+        )
+
     def in_the_way(self) -> dict[int, tuple[int, ...]]:
         """Members that are still too near to someone, or out of range, and to whom."""
         slopes = clearance_slopes(self._plane.arms, read_only(self._angles), self._pairs)
@@ -173,46 +207,76 @@ class _Group:
         return {i: tuple(sorted(others)) for i, others in found.items()}
 
 
-def opened(plane: FocalPlane, start: np.ndarray, margin: float) -> Opened:
+def opened(plane: FocalPlane, start: np.ndarray, margin: float, report: Callable[[str], None] | None = None) -> Opened:
     """Bring everyone from `start` (n, 2) [rad] to the margin [mm] and into range, where that can be.
+
+    Groups of those who are too near each other move at the same time, unless arms of two may meet: then one after the
+    other, each from where the ones before it ended.
 
     Args:
         plane: the array, bodies as thick as position errors ask.
         start: where everyone stands.
         margin: clearance to reach.
+        report: told about progress, in words.
     """
     near = Neighbourhood.of(plane, margin + EQUALITY + _ENOUGH)
     everyone = plane.with_obstacles(start)
     gaps = clearance_slopes(plane.arms, everyone, near.pairs)[:, 0]
     moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
-    too_near = near.pairs[(gaps < margin + EQUALITY) & moves[near.pairs].any(axis=1)]
-    concerned = {i for i in too_near.ravel().tolist() if moves[i]}
-    outside = (start < plane.lower - RANGE) | (start > plane.upper + RANGE)
-    concerned |= {int(i) for i in np.flatnonzero(outside.any(axis=1) & plane.online)}
+    outside = ((start < plane.lower - RANGE) | (start > plane.upper + RANGE)).any(axis=1)
+    groups = _groups(near.pairs[gaps < margin + EQUALITY], np.flatnonzero(outside), moves)
     angles, owner, times, poses = np.array(start), [np.arange(plane.n)], [np.zeros(plane.n)], [np.array(start)]
-    done, wedged = 0.0, {}
+    ready, wedged, stuck = np.zeros(len(moves)), {}, []  # ready [s]: from then on an arm stands where its group left it
 
-    def record(group: _Group, begin: float) -> None:
+    def record(group: _Group) -> None:
+        begin = ready[[j for i in group.members for j in (i, *near.around(i))]].max()
         for k, i in enumerate(group.members):
             owner.append(np.full(len(group.times), i))
             times.append(begin + np.array(group.times))
             poses.append(np.array([pose[k] for pose in group.path]))
         angles[group.members] = group.path[-1]
+        ready[group.members] = begin + group.times[-1]
 
-    stuck = []
-    for members in clusters(near, concerned):
-        group = _Group(plane, near, margin, start, members)
-        if not group.run():
+    def tell(number: int, of: int, what: str) -> None:
+        if report is not None:
+            report(f"coming apart, {what} {number + 1} of {of}")
+
+    def run(members: list[int]) -> tuple[_Group, bool]:
+        for finer in _FINER:
+            group = _Group(plane, near, margin, angles, members, finer)
+            free = group.run()
+            if group.keeps_the_rule():
+                break
+        return group, free
+
+    for k, members in enumerate(groups):
+        tell(k, len(groups), "group")
+        group, free = run(members)
+        if free:
+            record(group)
+        else:
             stuck.append(members)
-            continue
-        record(group, 0.0)
-        done = max(done, group.times[-1])
-    for members in stuck:  # one after the other: with their neighbours they may be next to each other
+    for k, members in enumerate(stuck):  # with their neighbours, who may make room
+        tell(k, len(stuck), "group that was stuck,")
         around = {int(j) for i in members for j in near.around(i) if moves[j]}
-        group = _Group(plane, near, margin, angles, sorted({*members, *around}))
-        if not group.run():
+        group, free = run(sorted({*members, *around}))
+        if not free:
             wedged.update(group.in_the_way())
-        record(group, done)
-        done += group.times[-1]
+        record(group)
     motion = Trajectory.from_knots(np.concatenate(owner), np.concatenate(times), np.concatenate(poses), plane.n)
     return Opened(motion, wedged)
+
+
+def _groups(too_near: np.ndarray, outside: np.ndarray, moves: np.ndarray) -> list[list[int]]:
+    """Arms that can move (`moves`) and have to, in groups of those who are connected by pairs (m, 2) that both can.
+
+    `outside` are out of range.
+    """
+    pairs = too_near[moves[too_near].all(axis=1)]
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(moves), len(moves)))
+    label = connected_components(graph, directed=False)[1]
+    concerned = np.unique([*too_near.ravel(), *outside]).astype(np.int64)
+    found: dict[int, list[int]] = {}
+    for i in concerned[moves[concerned]].tolist():
+        found.setdefault(int(label[i]), []).append(i)
+    return list(found.values())

@@ -30,7 +30,7 @@ def prepared(method: _Method) -> _Method:
                 return method(self, problem, *arguments, **options)
             opening = Opened(Trajectory.at_rest(problem.start))
         else:
-            opening = opened(problem.roomy, problem.start, problem.margin)
+            opening = opened(problem.roomy, problem.start, problem.margin, options.get("report"))
         found = method(self, _from_there(problem, opening), *arguments, **options)
         return _whole(problem, opening, found, getattr(self, "max_time", None) is not None)
 
