@@ -48,6 +48,7 @@ ROWS = (
     Row("sdss-wrong-site", premises.design_on("wrong site"), 1, premises.DESIGN),
     Row("sdss-built-in", premises.design_on("built-in"), 1, premises.DESIGN),
     Row("pfs-folded", premises.pfs_folded, 5),
+    Row("desi-field", premises.desi_field, 5, premises.DESI),
     Row("desi-load", premises.desi_load, 5, premises.DESI),
 )
 

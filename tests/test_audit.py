@@ -41,7 +41,7 @@ def test_one_line_a_file(night, capsys):
     assert said.startswith("good.json (sdss): safe: smallest proven clearance 2.4")
     assert "18.000 s" in said
     assert run(["audit", "seven.toml", "good.json", "fast.json", "touching.json", "--margin", "0.8"]) == 1
-    _, fast, touching = capsys.readouterr().out.splitlines()
+    _, fast, touching, *_ = capsys.readouterr().out.splitlines()
     assert "positioner 'R0C2': alpha moves at 30 deg/s from 1.000 s, limit 12 deg/s" in fast
     assert "contact: R0C2 and R0C3 at 7.17" in touching
     assert "contact: R0C2 and R+1C2 at 8.28" in touching
@@ -58,6 +58,20 @@ def test_json_and_report_say_it_all(night, capsys):
     assert "1 of 2 files are not proven safe" in page
     assert "contact: R0C2 and R0C3 at 7.17" in page
     assert "http" not in page.replace("http-equiv", "")  # self-contained
+
+
+def test_what_the_proofs_rest_on_is_said_once(night, capsys):
+    plane = fp.FocalPlane.load("seven.toml")
+    plane.replace(assumptions=("arms are as drawn",)).write("seven.fits")
+    (night / "one.json").write_text(json.dumps({"R0C2": GOOD["R0C2"]}))
+    assert run(["audit", "seven.fits", "good.json", "one.json", "--margin", "0.8"]) == 0
+    first, second, *rest = capsys.readouterr().out.splitlines()
+    assert "notes" not in first + second
+    assert rest[0] == "assumed: arms are as drawn"
+    assert [line.split(":")[0] for line in rest[1:]] == ["assumed of good.json", "assumed of one.json"]
+    assert "R0C3" not in rest[1]
+    assert "R0C3" in rest[2]
+    assert all("taken as folded" in line for line in rest[1:])
 
 
 def test_every_motion_has_a_page_to_which_the_report_leads(night, capsys):

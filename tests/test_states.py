@@ -1,6 +1,7 @@
 """Where everyone stands, from whatever says it."""
 
 import gzip
+import json
 import re
 from pathlib import Path
 
@@ -176,3 +177,42 @@ def test_angles_and_places_of_a_start_are_compared(tmp_path, small_plane, column
         match=r"disagree on .*: median 1\.000 mm, largest 8\.000 mm .*of 7 rows; another instrument or calibration\?$",
     ):
         fp.State.read(other, small_plane)
+
+
+SENT = {"alpha": [[0.0, 1.0], [60.0, 6.0]], "beta": [[180.0, 1.0], [120.0, 7.0]]}  # a path of SDSS-V
+
+
+def test_a_controllers_file_its_end_and_any_moment_of_it(tmp_path, small_plane):
+    """Who is not in the file is unknown; a state from it starts a plan, joints being as far off as the controller is."""
+    path = tmp_path / "sent.json"
+    path.write_text(json.dumps({"trajectory": {"R0C2": SENT}}))
+    i = small_plane.index["R0C2"]
+    for at, (alpha, beta) in ((None, (60, 120)), (3.5, (30, 155)), (0.5, (0, 180))):
+        state = fp.State.read(path, small_plane, at=at)
+        np.testing.assert_allclose(np.degrees(state.angles[i]), (alpha, beta))
+        assert np.flatnonzero(~state.unknown).tolist() == np.flatnonzero(state.online).tolist() == [i]
+        assert 0 < state.position_error[i] < 0.2
+    assert f"no angles in {path} for R-1C1" in state.notes[0]
+    executed = fp.hardware.sdss.read(path, small_plane, fp.State.folded(small_plane))
+    for source in (executed, executed.trajectory):
+        state = fp.State.read(source, small_plane, at=3.5)
+        np.testing.assert_allclose(np.degrees(state.angles[i]), (30, 155))
+        assert state.online[i]
+    assert not state.unknown.any()  # a trajectory tells of everyone
+
+
+def test_a_file_that_only_says_how_far_robots_go_is_no_start(tmp_path, small_plane):
+    path = tmp_path / "sent.json"
+    numbered = small_plane.replace(ids=tuple(map(str, range(1, 8))))
+    path.write_text(json.dumps({"configMotion": {"3": [[100, 0], [100, -100]]}}))
+    with pytest.raises(
+        ProblemError, match=r"how far robots go, not from where \(a file of moons\); `fiberplan simulate"
+    ):
+        fp.State.read(path, numbered)
+    path.write_text(json.dumps({"configPaths": {"3": np.radians([[0, 10], [0, 20]]).tolist()}}))
+    state = fp.State.read(path, numbered)
+    np.testing.assert_allclose(np.degrees(state.angles[2]), (10, 20), atol=0.01)
+    assert np.flatnonzero(~state.unknown).tolist() == [2]
+    path.write_text(json.dumps({"configPaths": {"9": [[0, 0], [10, 20]]}}))
+    with pytest.raises(ProblemError, match="9"):
+        fp.State.read(path, numbered)

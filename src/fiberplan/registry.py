@@ -98,6 +98,11 @@ def io_function(name: str) -> Callable[..., Any]:
     return _function("fiberplan.io", name)
 
 
+def hardware_function(name: str) -> Callable[..., Any]:
+    """A function of `fiberplan.hardware.audit`, by name: what a controller's file makes robots do is read above."""
+    return _function("fiberplan.hardware.audit", name)
+
+
 def notebook_function(name: str) -> Callable[..., str]:
     """A function of `fiberplan.visuals.notebook`, by name: what objects show of themselves is drawn above them."""
     return _function("fiberplan.visuals.notebook", name)

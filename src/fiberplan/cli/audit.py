@@ -94,6 +94,8 @@ def audit(
             say(f"note: {note}")
         for each, row in zip(done, rows, strict=True):
             say(_line(plane, each, row), style="green" if row["ok"] else "red")
+        for text in _assumed(done):
+            say(text)
         if shown:
             say(f"wrote {len(shown)} pages into {pages}")
         if output is not None:
@@ -132,9 +134,20 @@ def _line(plane: "FocalPlane", each: "Audit", row: dict[str, Any]) -> str:
     parts = [str(each.certificate), *_first(row["findings"]), time]
     if row["pair"] and row["ok"]:
         parts.insert(1, f"closest {row['pair']}")
-    if row["notes"]:
-        parts.append(f"notes: {len(row['notes'])} (--json)")
+    if each.executed.notes:
+        parts.append(f"notes: {len(each.executed.notes)} (--json)")
     return f"{each.path} ({each.kind}): {'; '.join(parts)}"
+
+
+def _assumed(done: list["Audit"]) -> Iterator[str]:
+    """What the proofs rest on, each once: of all files, or of those that are named."""
+    of: dict[str, list[str]] = {}
+    for each in done:
+        for text in each.certificate.assumptions:
+            of.setdefault(text, []).append(each.path.name)
+    for text, names in of.items():
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        yield f"assumed: {text}" if len(names) == len(done) else f"assumed of {names[0]}{more}: {text}"
 
 
 def _first(found: list[str]) -> Iterator[str]:

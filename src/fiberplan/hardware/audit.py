@@ -52,6 +52,15 @@ class Audit(Frozen):
         return (int(pairs[k, 0]), int(pairs[k, 1])), float(clearance[k])
 
 
+def controller_of(path: Path, content: bytes) -> str | None:
+    """Whose file it is, by its name and content; None if it is no controller's."""
+    for name in CONTROLLERS:
+        accepts = getattr(CONTROLLERS[name], "accepts", None)  # another package's may only write
+        if accepts is not None and accepts(path, content):
+            return name
+    return None
+
+
 def read_motion(path: str | os.PathLike, plane: FocalPlane, state: State | None = None) -> tuple[str, Executed]:
     """What a file makes `plane` do, and whose file it is.
 
@@ -65,10 +74,9 @@ def read_motion(path: str | os.PathLike, plane: FocalPlane, state: State | None 
     """
     path = Path(path)
     content = read_whole(path, TrajectoryError)
-    for name in CONTROLLERS:
-        accepts = getattr(CONTROLLERS[name], "accepts", None)  # another package's may only write
-        if accepts is not None and accepts(path, content):
-            return name, CONTROLLERS[name].read(path, plane, state)
+    name = controller_of(path, content)
+    if name is not None:
+        return name, CONTROLLERS[name].read(path, plane, state)
     if is_plan(content):
         raise TrajectoryError(f"{path}: is a plan, which `fiberplan verify` proves")
     return "table", read_motion_table(path, content, plane, known_to(plane, state))

@@ -9,6 +9,7 @@ Classes offer these functions as methods (`FocalPlane.load`, `Plan.write`, ...) 
 - `plan_file`, `plan_tables`: a plan as one FITS file (``docs/plan-format.md``), and which column holds what
 - `target_files`: readers and a writer of targets
 - `states`: readers and a writer of where everyone stands and who can move
+- `motion_states`: the state after an executed motion, or a controller's file of one
 - `certificate_tables`: proofs that goals cannot be reached, as tables of a plan file
 - `exports`: a plan's motion in the formats of other programs
 """

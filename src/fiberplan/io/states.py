@@ -2,7 +2,7 @@
 
 A plan, or its file; a table with a row for each positioner, or with a row for each knot of a motion, as ours are
 exported; a SDSS ``confSummary``; a DESI focal-plane file; a field of targets as instruments have them, whose robots
-have arrived. Whoever is not in it, or has no angles in it, is unknown: offline, and taken as folded. Angles are
+have arrived; a controller's file of a motion. Whoever is not in it, or has no angles in it, is unknown: offline, and taken as folded. Angles are
 commanded ones.
 """
 
@@ -20,8 +20,10 @@ from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.desi import angles_of, focal_plane_file
 from fiberplan.instruments.formats import TARGET_FILES
-from fiberplan.instruments.sdss_states import standing
+from fiberplan.instruments.sdss_states import standing as record_of
+from fiberplan.io.motion_states import Standing, standing_after, standing_in_file
 from fiberplan.io.plan_file import is_plan, plan_from_bytes
+from fiberplan.motion import Executed, Trajectory
 from fiberplan.plan import Plan
 from fiberplan.problem import State, Targets
 from fiberplan.problem.agreement import Agreement, second_names_agree, state_agrees
@@ -52,7 +54,7 @@ def read_state(source: object, plane: FocalPlane, at: float | None = None) -> St
     """Where everyone on `plane` stands.
 
     Args:
-        source: a `State`, a `Plan`, or the path of a file.
+        source: a `State`, a `Plan`, a motion (`Executed` or `Trajectory`), or the path of a file.
         plane: whose positioners they are; its robots are named by ids or second names.
         at: moment of a motion [s]; its end unless given.
 
@@ -67,8 +69,11 @@ def read_state(source: object, plane: FocalPlane, at: float | None = None) -> St
         return source
     if isinstance(source, Plan):
         return _arranged(plane, "plan", _of_plan(source, at))
+    if isinstance(source, Executed | Trajectory):
+        executed = source if isinstance(source, Executed) else Executed.exactly(source)
+        return _arranged(plane, "motion", _of_standing(plane, standing_after(executed, plane, at)))
     if not isinstance(source, str | os.PathLike):
-        raise ProblemError(f"a state is read from a plan or a file, got {type(source).__name__}")
+        raise ProblemError(f"a state is read from a plan, a motion or a file, got {type(source).__name__}")
     path = Path(source)
     return _arranged(plane, str(path), _of_file(path, plane, at))
 
@@ -105,7 +110,7 @@ def _of_file(path: Path, plane: FocalPlane, at: float | None) -> _Rows:
         return _of_plan(plan_from_bytes(content, path), at)
     if plain_name(path).suffix.lower() == ".par":
         _refuse_moment(path, at, "a record")
-        record = standing(path, content)
+        record = record_of(path, content)
         why = "disabled, so offline,"
         return _Rows(
             record.ids,
@@ -124,6 +129,9 @@ def _of_file(path: Path, plane: FocalPlane, at: float | None) -> _Rows:
             return _of_field(Targets(**known.read(path, content)), plane)
         except TargetError as error:
             raise ProblemError(str(error)) from None
+    standing = standing_in_file(path, content, plane, at)
+    if standing is not None:
+        return _of_standing(plane, standing)
     return _of_table(read_table(path, ProblemError, content), at)
 
 
@@ -143,6 +151,12 @@ def _of_plan(plan: Plan, at: float | None) -> _Rows:
     state, ids = plan.end if at is None else plan.state_at(at), plan.problem.plane.ids
     where = [f"row {k + 1}" for k in range(len(ids))]
     return _Rows(ids, where, state.angles, state.online, state.position_error, state.unknown)
+
+
+def _of_standing(plane: FocalPlane, found: Standing) -> _Rows:
+    angles = np.where(found.guessed[:, None], np.nan, found.angles)
+    where = [f"row {k + 1}" for k in range(plane.n)]
+    return _Rows(plane.ids, where, angles, found.online, found.position_error, why="not moved, or cannot move,")
 
 
 def _of_field(targets: Targets, plane: FocalPlane) -> _Rows:

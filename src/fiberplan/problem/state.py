@@ -62,7 +62,8 @@ class State(Frozen):
 
         Args:
             source: a table (columns positioner, alpha, beta), a plan (its end), a SDSS ``confSummary``, a MOONS field,
-                a DESI focal-plane file, or the path of one; or a `Plan`.
+                a DESI focal-plane file, a controller's file of a motion, or the path of one; or a `Plan`, or a motion
+                (`Trajectory`, or `Executed`, whose joint and clock errors become position errors).
             plane: whose positioners they are.
             at: moment of a motion [s]; its end unless given.
 
