@@ -183,7 +183,7 @@ SENT = {"alpha": [[0.0, 1.0], [60.0, 6.0]], "beta": [[180.0, 1.0], [120.0, 7.0]]
 
 
 def test_a_controllers_file_its_end_and_any_moment_of_it(tmp_path, small_plane):
-    """Who is not in the file is unknown; a state from it starts a plan, joints being as far off as the controller is."""
+    """Who is not in the file is unknown; joints are as far off as the controller leaves them."""
     path = tmp_path / "sent.json"
     path.write_text(json.dumps({"trajectory": {"R0C2": SENT}}))
     i = small_plane.index["R0C2"]

@@ -2,8 +2,8 @@
 
 A plan, or its file; a table with a row for each positioner, or with a row for each knot of a motion, as ours are
 exported; a SDSS ``confSummary``; a DESI focal-plane file; a field of targets as instruments have them, whose robots
-have arrived; a controller's file of a motion. Whoever is not in it, or has no angles in it, is unknown: offline, and taken as folded. Angles are
-commanded ones.
+have arrived; a controller's file of a motion. Whoever is not in it, or has no angles in it, is unknown: offline, and
+taken as folded. Angles are commanded ones.
 """
 
 import io
