@@ -147,3 +147,17 @@ def test_a_target_at_the_end_of_the_world_is_out_of_reach_in_one_line(capsys):
     assert code == 2
     assert len(line) < 250
     assert "its target in line 2 is 1e+308 mm from its base" in line
+
+
+def test_a_motor_that_turns_no_slower_than_that_is_planned_for(capsys):
+    """Going to the target together, beta would turn at 10.8 deg/s."""
+    limited = fp.FocalPlane.load("seven.fits").replace(min_speed=np.radians(np.full((7, 2), 11.5)))
+    limited.write("seven.fits")
+    code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "-o", "p.fits")
+    assert code == 0, out
+    assert "shaped for its motors" in out
+    assert run(["verify", "p.fits"]) == 0
+    motion = fp.Plan.read("p.fits").trajectory
+    same = np.diff(motion.owner) == 0
+    turns, spans = np.abs(np.degrees(np.diff(motion.angles, axis=0)))[same], np.diff(motion.times)[same]
+    assert np.all((turns < 1e-6) | (turns >= 11.5 * (1 - 1e-9) * spans[:, None]))

@@ -287,7 +287,13 @@ def test_the_newer_form(tmp_path):
     plane = FocalPlane.load(write(tmp_path, newer()))
     assert plane.online.all()
     np.testing.assert_allclose(np.degrees(plane.max_speed), [[12, 18], [12, 18]])  # FAST, 2 and 3 rpm
-    assert any("SLOW" in note for note in plane.notes)
+    np.testing.assert_allclose(np.degrees(plane.min_speed), [[3.6, 4.8], [3.6, 4.8]])  # SLOW
+    assert FocalPlane.load(write(tmp_path, newer(without=("SLOW1", "SLOW2")))).min_speed is None
+    with pytest.raises(InstrumentError, match=r"SLOW2 is above the largest speed, 3 rpm"):
+        FocalPlane.load(write(tmp_path, newer(SLOW2=3.5)))
+    assert any("CHANGE" in text for text in plane.assumptions)
+    older = FocalPlane.load(write(tmp_path, paf()))
+    assert any("no SLOW" in text for text in older.assumptions)
     assert any("as large as" in text for text in plane.assumptions)
     bodies = {body.name: body.points for body in plane.bodies}
     pad = 0.5 - INSET

@@ -72,7 +72,9 @@ def planned_by(
     tell: Callable[[str], None],
     controller: str | None = None,
 ) -> Plan:
-    """What the planner makes of the problem; one that gets better with time is told when to stop, and tells how far.
+    """What the planner makes of the problem, fit for the accelerations and least speeds of its focal plane's motors.
+
+    A planner that gets better with time is told when to stop, and tells how far it is.
 
     Args:
         planner: any.
@@ -90,7 +92,9 @@ def planned_by(
     given = {"deadline": deadline, "report": tell}
     patient = _Patient(planner, {name: value for name, value in given.items() if name in takes})
     if controller is None:
-        return patient.plan(problem)
+        from fiberplan.shaping import plan_for_motors
+
+        return plan_for_motors(patient, problem)  # which is the planner's own where motors have no such limits
     from fiberplan.hardware.planned import plan_for
 
     return plan_for(controller, patient, problem)

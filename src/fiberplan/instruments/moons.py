@@ -4,7 +4,7 @@ Commanded angles are the motors': alpha is counted from ``ORIENT`` and beta from
 the beta of the papers (measured from the alpha link) is pi more. Centres are polar, with theta from +y towards +x. The
 zones that may not touch, and what meets what, are in `fiberplan.instruments.moons_zones`; sizes come in two forms. A
 file of the newer form gives motor speeds (FAST, in rpm) and where the datum is (DEF); one without has those of
-`SPEED`, and its datum at 0. No file gives an outline of the acquisition cameras: see `_cameras`.
+`SPEED`, and its datum at 0; SLOW (rpm) is the least speed. No file gives an outline of the acquisition cameras: see `_cameras`.
 """
 
 import os
@@ -47,9 +47,9 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
     orient = np.radians([file.number(f"INS.POS{k}.ORIENT") for k in numbers])
     reach = file.number("INS.POS.LENGTH2", 1e-3)
     datum = [file.number(f"INS.POS.DEF{k}") if f"INS.POS.DEF{k}" in file.values else 0.0 for k in (1, 2)]
-    speed, said = _speeds(file)
+    speed, slowest, said, unkept = _speeds(file)
     bodies, form = zones(file)
-    assumed = [*form, *([_DRAWN] if file.numbered("INS.ACQ") else [])]
+    assumed = [*form, *unkept, *([_DRAWN] if file.numbered("INS.ACQ") else [])]
     ends = {name: [file.number(f"INS.POS.{name}{k}") for k in (1, 2)] for name in ("LOW", "HIGH")}
     offline = {k: _LOCKED for k in numbers if file.flag(f"INS.POS{k}.LOCK")}
     offline |= {k: _HEALTH for k in numbers if not file.flag(f"INS.FIBRE{k}.HEALTH") and k not in offline}
@@ -71,6 +71,7 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
         lower=np.tile(np.radians(ends["LOW"]), (n, 1)),
         upper=np.tile(np.radians(ends["HIGH"]), (n, 1)),
         max_speed=np.tile(speed, (n, 1)),
+        min_speed=None if slowest is None else np.tile(slowest, (n, 1)),
         bodies=bodies,
         obstacles=_cameras(file, base),
         zero=np.stack([orient, np.full(n, np.pi)], axis=1),
@@ -86,21 +87,38 @@ def read_moons(path: str | os.PathLike) -> FocalPlane:
     )
 
 
-def _speeds(file: ParameterFile) -> tuple[tuple[float, float], list[str]]:
-    """Fastest turns of both motors [rad/s], and notes on where they come from."""
-    given = [f"INS.POS.FAST{k}" in file.values for k in (1, 2)]
-    if not any(given):
-        return SPEED, ["motor speeds of 2.78 and 3.75 rpm are the prototype's; the file does not give them"]
-    rpm = [file.number(f"INS.POS.FAST{k}") for k in (1, 2)]
+def _speeds(file: ParameterFile) -> tuple[np.ndarray, np.ndarray | None, list[str], list[str]]:
+    """Fastest and slowest turns of both motors (2,) [rad/s], None if not said; their sources; what is not kept."""
+    given = {name: any(f"INS.POS.{name}{k}" in file.values for k in (1, 2)) for name in ("FAST", "SLOW", "CHANGE")}
+    slowest, notes, unkept = None, [], []
+    if given["FAST"]:
+        fastest = _turns(file, "FAST")
+        notes.append("motor speeds of {:g} and {:g} rpm: FAST of the file".format(*np.degrees(fastest) / 6))
+    else:
+        fastest = np.array(SPEED)
+        notes.append("motor speeds of 2.78 and 3.75 rpm are the prototype's; the file does not give them")
+    if given["SLOW"]:
+        slowest = _turns(file, "SLOW")
+        for k in np.flatnonzero(slowest > fastest):
+            raise file.fail(f"INS.POS.SLOW{k + 1}", f"is above the largest speed, {np.degrees(fastest[k]) / 6:g} rpm")
+        notes.append("motors turn no slower than {:g} and {:g} rpm: SLOW of the file".format(*np.degrees(slowest) / 6))
+    else:
+        unkept.append(
+            "motors turn as slowly as is asked: the file gives no SLOW (the prototype's are 0.73 and 0.98 rpm); "
+            "`plan --for moons` keeps to what the driver takes"
+        )
+    if given["CHANGE"]:
+        unkept.append("motors change their speed at once: CHANGE of the file is not kept but by `plan --for moons`")
+    return fastest, slowest, notes, unkept
+
+
+def _turns(file: ParameterFile, name: str) -> np.ndarray:
+    """Speeds of both motors (2,) [rad/s], given in rpm."""
+    rpm = [file.number(f"INS.POS.{name}{k}") for k in (1, 2)]
     for k, value in enumerate(rpm, 1):
         if not value > 0:
-            raise file.fail(f"INS.POS.FAST{k}", f"is {value:g}, expected a speed above 0 rpm")
-    notes = [f"motor speeds of {rpm[0]:g} and {rpm[1]:g} rpm: FAST of the file"]
-    if any(f"INS.POS.{name}{k}" in file.values for name in ("SLOW", "CHANGE") for k in (1, 2)):
-        notes.append(
-            "SLOW and CHANGE of the file are not kept: motors may be asked to turn slower, or to change sooner"
-        )
-    return (float(np.radians(6 * rpm[0])), float(np.radians(6 * rpm[1]))), notes
+            raise file.fail(f"INS.POS.{name}{k}", f"is {value:g}, expected a speed above 0 rpm")
+    return np.radians(6.0 * np.array(rpm))
 
 
 def _place(file: ParameterFile, what: str) -> np.ndarray:
