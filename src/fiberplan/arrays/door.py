@@ -70,19 +70,19 @@ def number(value: Any, unit: str, name: str, error: type[FiberplanError] = Fiber
     return value if unit != "mm" else _measurable(value, name, error)
 
 
-def _measurable(value: float, name: str, error: type[FiberplanError]) -> float:
+def _measurable(value: float, name: str, error: type[FiberplanError], unit: str = "mm") -> float:
     if LARGEST < abs(value) < np.inf:
-        raise error(f"{name} is {value:g} mm, more than the {LARGEST:g} mm that can be computed with")
+        raise error(f"{name} is {value:g} {unit}, more than the {LARGEST:g} {unit} that can be computed with")
     return value
 
 
 def not_negative(value: Any, unit: str, name: str, error: type[FiberplanError] = FiberplanError) -> float:
-    """One finite number of 0 or more in `unit`, which is "mm" or "s"; as `number` otherwise."""
+    """One number from 0 to `LARGEST` in `unit`, which is "mm" or "s"; as `number` otherwise."""
     value = number(value, unit, name, error)
     if not 0 <= value < np.inf:
         kind = {"mm": "length", "s": "time"}[unit]
         raise error(f"{name} must be a {kind} of 0 {unit} or more, got {value:g}")
-    return value
+    return _measurable(value, name, error, unit)
 
 
 def in_units(thing: Any, units: Mapping[str, str], error: type[FiberplanError]) -> None:

@@ -4,7 +4,8 @@ Commanded angles are the motors': alpha is counted from ``ORIENT`` and beta from
 the beta of the papers (measured from the alpha link) is pi more. Centres are polar, with theta from +y towards +x. The
 zones that may not touch, and what meets what, are in `fiberplan.instruments.moons_zones`; sizes come in two forms. A
 file of the newer form gives motor speeds (FAST, in rpm) and where the datum is (DEF); one without has those of
-`SPEED`, and its datum at 0; SLOW (rpm) is the least speed. No file gives an outline of the acquisition cameras: see `_cameras`.
+`SPEED`, and its datum at 0. SLOW (rpm) is the least speed. No file gives an outline of the acquisition cameras: see
+`_cameras`.
 """
 
 import os
