@@ -1,5 +1,6 @@
 """Other instances of the kinds of trouble that were reported from the field, through the command line."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -161,3 +162,32 @@ def test_a_motor_that_turns_no_slower_than_that_is_planned_for(capsys):
     same = np.diff(motion.owner) == 0
     turns, spans = np.abs(np.degrees(np.diff(motion.angles, axis=0)))[same], np.diff(motion.times)[same]
     assert np.all((turns < 1e-6) | (turns >= 11.5 * (1 - 1e-9) * spans[:, None]))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("far.csv", "target,x,y\na,1e308,12\nb,14,12\n", "far.csv: line 2: x is 1e+308 mm, more than 1e+09"),
+        ("p.csv", "target,x,y,priority\na,14,12,1e308\n", "p.csv: line 2: priority is 1e+308, expected at most 1e+12"),
+        ("p.fits", "", "p.fits: is a plan, not a table of targets"),
+    ],
+)
+def test_catalogues_that_cannot_be_meant_are_refused_in_one_line(capsys, name, text, said):
+    if text:
+        Path(name).write_text(text)
+    else:
+        planned(capsys, f"{HEAD}\n{GOOD}\n", "-o", name)
+    for command in (["allocate", "seven.fits", name, "-o", "a.ecsv"], ["plan", "seven.fits", name])[: 1 + (not text)]:
+        assert run([*command, "--margin", "0.8"]) == 2
+        assert capsys.readouterr().err == f"fiberplan: error: {said}\n"
+    assert not Path("a.ecsv").exists()
+
+
+def test_a_motion_that_lasts_for_ever_is_refused(capsys):
+    sent = {"R0C2": {"alpha": [[0, 0], [60, 1e308]], "beta": [[180, 1]]}}
+    Path("sent.json").write_text(json.dumps({"trajectory": sent}))
+    for command in ("audit", "simulate"):
+        assert run([command, "seven.fits", "sent.json"]) == 2
+        said = capsys.readouterr().err
+        assert "knot at 1e+308 s" in said
+        assert len(said) < 200

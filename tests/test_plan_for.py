@@ -113,5 +113,6 @@ def test_options_of_writers_are_options_of_export(tmp_path, capsys, monkeypatch)
     plan.write("p.fits")
     assert run(["export", "p.fits", "--to", "pfs", "-o", "t.csv", "--visit", "77", "--config", "5"]) == 0
     assert (tmp_path / "t.csv").read_text().splitlines()[1].startswith("77,1,R0C1,5,")
+    assert executed("pfs", plan).ok  # the file is called otherwise there
     assert run(["export", "p.fits", "--to", "sdss", "-o", "t.json", "--visit", "77"]) == 2
     assert "--visit: 'sdss' has no such option" in capsys.readouterr().err

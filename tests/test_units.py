@@ -370,6 +370,11 @@ def test_alternatives_and_dropped_are_checked():
     assert type(problem.dropped) is FrozenDict
 
 
+def test_a_recommended_margin_is_in_mm_too():
+    margin = PLANE.replace(recommended_margin=500 * u.um).recommended_margin
+    assert (type(margin), margin) == (float, 0.5)
+
+
 def test_plain_numbers_do_not_wait_for_astropy():
     check = (
         "import sys; import fiberplan; from fiberplan.arrays import read_only; read_only([1, 2], unit='mm', name='x');"

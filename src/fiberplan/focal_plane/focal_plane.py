@@ -90,7 +90,10 @@ class FocalPlane(Frozen):
                 raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
             none = name in _NO_LIMIT and bool(np.all(value == _NO_LIMIT[name]))
             object.__setattr__(self, name, None if none else value)
-        for name in ("pair_margin", "field_radius"):
+        lengths = ["pair_margin", "field_radius"]
+        if self.recommended_margin is not None:
+            lengths.append("recommended_margin")
+        for name in lengths:
             value = number(getattr(self, name), "mm", f"{self.name}: {name}", InstrumentError)
             object.__setattr__(self, name, value)
         offsets = {name: self._offset(name, value) for name, value in self.fiber_offsets.items()}

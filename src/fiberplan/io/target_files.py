@@ -18,8 +18,9 @@ from astropy.table import QTable, Table
 
 from fiberplan.errors import TargetError
 from fiberplan.instruments.formats import TARGET_FILES
+from fiberplan.io.plan_file import is_plan
 from fiberplan.problem import Targets
-from fiberplan.tables.atomic import write_whole
+from fiberplan.tables.atomic import is_special, write_whole
 from fiberplan.tables.contents import read_whole
 from fiberplan.tables.formats import content_format
 from fiberplan.tables.table_reader import InputTable, input_table, one_line, read_table
@@ -44,10 +45,17 @@ def read_columns(path: str | os.PathLike, drop: bool = False) -> dict[str, Any]:
     """
     path = Path(path)
     content = read_whole(path, TargetError)
+    refuse_plan(path, content)
     known = content_format(TARGET_FILES, path, content)
     if known is not None:
         return known.read(path, content)
     return _columns(read_table(path, TargetError, content, wanted=_PLACES), drop)
+
+
+def refuse_plan(path: str | os.PathLike, content: bytes) -> None:
+    """Raise `TargetError` if a file of this content is a plan: it has tables with x and y, and none of targets."""
+    if is_plan(content):
+        raise TargetError(f"{path}: is a plan, not a table of targets")
 
 
 def _columns(table: InputTable, drop: bool = False) -> dict[str, Any]:
@@ -274,7 +282,7 @@ def write_table(table: QTable, path: str | os.PathLike) -> None:
         table.rename_columns(*zip(*((name, f"{name} [{table[name].unit}]") for name in _with_unit(table)), strict=True))
     if suffix not in _WITH_META:
         table.meta.clear()
-    options = {"format": "ascii.ecsv"} if suffix in _WITH_META else {}
+    options = {"format": "ascii.ecsv"} if suffix in _WITH_META or is_special(path) else {}  # a pipe has no ending
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
         try:

@@ -14,6 +14,8 @@ import numpy as np
 from fiberplan.arrays import Frozen, number, plain, read_only, texts
 from fiberplan.errors import TrajectoryError
 
+_LATEST = 1e12  # [s]: proofs allow for the rounding of times up to here, well past those of Unix
+
 if TYPE_CHECKING:
     from astropy.table import QTable
 
@@ -41,7 +43,7 @@ class Trajectory(Frozen):
             raise TrajectoryError(f"{len(times)} times need angles of shape ({len(times)}, 2), got {angles.shape}")
         if np.any(np.diff(offsets) < 1):
             raise TrajectoryError(f"positioner {np.flatnonzero(np.diff(offsets) < 1)[0]} has no knot")
-        bad = np.flatnonzero(~np.isfinite(times) | ~np.all(np.isfinite(angles), axis=1) | ~(times >= 0))
+        bad = np.flatnonzero(~((times >= 0) & (times <= _LATEST)) | ~np.all(np.isfinite(angles), axis=1))
         if len(bad):
             k = bad[0]
             raise TrajectoryError(

@@ -22,7 +22,7 @@ from fiberplan.problem.guesses import fitted
 from fiberplan.problem.least_cover import least_loss
 from fiberplan.problem.left_out import of_known_positioners
 from fiberplan.problem.state import State
-from fiberplan.problem.targets import Targets, refuse_unreachable
+from fiberplan.problem.targets import MOST_PRIORITY, Targets, refuse_unreachable
 from fiberplan.tolerances import EQUALITY, RANGE, START_RANGE
 
 _SHOWN = 4  # how many contacts an error message lists
@@ -189,8 +189,8 @@ class Problem(Frozen):
         object.__setattr__(self, "margin", number(self.margin, "mm", "margin", ProblemError))
         priority = np.ones(n) if self.priority is None else self.priority
         priority = read_only(priority, name="priority", error=ProblemError)
-        if priority.shape != (n,) or not np.all(np.isfinite(priority) & (priority >= 0)):
-            raise ProblemError(f"priority must be {n} finite numbers of 0 or more")
+        if priority.shape != (n,) or not np.all((priority >= 0) & (priority <= MOST_PRIORITY)):
+            raise ProblemError(f"priority must be {n} finite numbers of 0 or more, at most {MOST_PRIORITY:g}")
         wished = np.zeros(n, bool) if self.wished is None else self.wished
         wished = read_only(wished, bool, name="wished", error=ProblemError)
         if wished.shape != (n,):

@@ -25,6 +25,7 @@ from fiberplan.tolerances import ARRIVAL
 if TYPE_CHECKING:
     from astropy.table import QTable, Table
 
+MOST_PRIORITY = 1e12  #: so that whole numbers of them can be added up exactly
 _SHOWN = 4  # how many unreachable targets an error message lists
 _UNITS = {"x": "mm", "y": "mm", "angles": "rad"}
 _PLACE = 0.05  # [mm] a positioner named by its place stands no farther from there (files have six digits)

@@ -11,9 +11,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiberplan.arrays import Frozen, read_only, shortened, texts
+from fiberplan.arrays import LARGEST, Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
+from fiberplan.io.target_files import refuse_plan
 from fiberplan.problem import Targets
+from fiberplan.problem.targets import MOST_PRIORITY
+from fiberplan.tables.contents import read_whole
 from fiberplan.tables.table_reader import InputTable, given_table, read_table
 
 SCIENCE = "science"  #: the category of whatever has none
@@ -66,8 +69,10 @@ class Catalogue(Frozen):
             raise TargetError(f"{self.source}: there are no targets")
         for name in ("x", "y"):
             self._refuse(~np.isfinite(getattr(self, name)), name, "")
+            self._refuse(np.abs(getattr(self, name)) > LARGEST, name, f" mm, more than {LARGEST:g}")
         ok = np.isfinite(self.priority) & (self.priority >= 0)
         self._refuse(~ok, "priority", ", expected a finite number of 0 or more")
+        self._refuse(self.priority > MOST_PRIORITY, "priority", f", expected at most {MOST_PRIORITY:g}")
         self._refuse(~(np.abs(self.tier) < 1e9) | (self.tier % 1 != 0), "tier", ", expected a whole number")
         self._refuse(~np.isin(self.parity, (-1, 0, 1)), "parity", ", expected +1 (right), -1 (left) or 0 (either)")
 
@@ -135,7 +140,9 @@ class Catalogue(Frozen):
         """
         if priority_order not in ("larger", "smaller"):
             raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
-        found = cls.from_columns(read_table(path, TargetError, wanted=_WANTED))
+        content = read_whole(path, TargetError)
+        refuse_plan(path, content)
+        found = cls.from_columns(read_table(path, TargetError, content, wanted=_WANTED))
         if priority_order == "larger":
             return found
         worst, best = found.priority.max(), max(found.priority.min(), 1.0)  # nobody takes what is worth 0

@@ -199,6 +199,7 @@ def read_table(
     content: bytes | None = None,
     allow_empty: bool = False,
     wanted: Sequence[Sequence[str]] = (),
+    form: str = "",
 ) -> InputTable:
     """Read a table in any format that astropy knows.
 
@@ -208,13 +209,14 @@ def read_table(
         content: of the file, where it has been read already.
         allow_empty: a table of headings only is one.
         wanted: of a FITS file with several tables, the first that has all columns of one of these.
+        form: ending that says the format, whatever the file is called.
 
     Raises:
         error: no such file, not a table, truncated, or without rows.
     """
     path = Path(path)
     content = read_whole(path, error) if content is None else content
-    suffix = plain_name(path).suffix.lower()
+    suffix = form or plain_name(path).suffix.lower()
     if suffix in (".fits", ".fit") and content.startswith(b"SIMPLE  ="):
         content = _chosen_table(content, wanted)
     is_csv = suffix in _SEPARATED or (suffix in (".txt", ".dat") and _is_separated(content))

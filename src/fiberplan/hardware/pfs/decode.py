@@ -29,7 +29,7 @@ def decode(path: Path, content: bytes, plane: FocalPlane, state: State) -> Execu
     Raises:
         TrajectoryError: no such table, or a cobra, iteration or angle that cannot be used; row and value are named.
     """
-    table = read_table(path, TrajectoryError, content)
+    table = read_table(path, TrajectoryError, content, form=".csv")
     table.require(*COLUMNS)
     names, numbers = table.texts("cobra_id"), table.numbers("iteration")
     angles = np.stack([table.numbers(name, "rad", "deg") for name in ("theta", "phi")], axis=1)
