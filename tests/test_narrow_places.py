@@ -7,6 +7,7 @@ import fiberplan as fp
 from fiberplan import Obstacle, Outcome
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.planners.direct import narrow
+from fiberplan.planners.direct.improving import shorten
 from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined, step_length
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
@@ -149,7 +150,7 @@ def test_a_solution_is_made_as_short_as_it_can_be():
     search.place(np.arange(problem.n))
     assert search.run(10_000, lambda: True)
     assert search.steps == 2 * least
-    search.shorten(lambda: True)
+    shorten(search, lambda: True)
     assert search.steps < 1.2 * least
     assert search.touching == 0
 
@@ -167,9 +168,9 @@ def test_a_solution_is_kept_when_making_it_shorter_is_interrupted(monkeypatch):
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(search, "_cut_is_repaired", interrupted)
+    monkeypatch.setattr(search, "attempt", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        search.shorten(lambda: True)
+        shorten(search, lambda: True)
     assert search.steps == before
     np.testing.assert_array_equal(search.lattice.path, path)
     assert search.touching == 0
@@ -227,3 +228,21 @@ def test_a_goal_that_is_not_taken_leaves_the_bound_as_it_was(monkeypatch):
     assert narrow.goes_elsewhere(search, 0) == -1
     assert search.least_steps == before
     np.testing.assert_array_equal(search.goal, problem.goal)
+
+
+def test_off_its_way_a_positioner_has_a_lattice_as_if_it_had_never_been_on_one():
+    problem = field_to_field(1.0, rings=1)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 1.0), problem.goal, 6 * DEG, None, 0)
+    fresh = DirectSearch(problem, Neighbourhood.of(problem.plane, 1.0), problem.goal, 6 * DEG, None, 0)
+    fresh.change_fineness(np.array([0]), np.array([FINEST]))
+    parts = np.linspace(0.0, 1.0, 2 * search.steps)[:, None]
+    search.put_on(0, problem.start[0] + parts * (problem.goal[0] - problem.start[0]))
+    assert search.take_off_ways(np.array([0]))
+    for name in ("alpha", "beta", "way", "size", "pace", "first", "last"):
+        mine, theirs = getattr(search.lattice, name)[0], getattr(fresh.lattice, name)[0]
+        used = np.s_[: theirs.size - np.isnan(theirs).sum()] if theirs.ndim else ()
+        np.testing.assert_array_equal(mine[used], theirs[used])
+    for paths in (search, fresh):
+        paths.place(np.array([0]), alone=True)
+    np.testing.assert_array_equal(search.lattice.path[0, 0], problem.start[0])
+    np.testing.assert_array_equal(search.lattice.path[0], fresh.lattice.path[0])

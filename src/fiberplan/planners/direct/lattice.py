@@ -236,8 +236,8 @@ def refined(
     pace = pace.copy()
     pace[:, 1] = np.clip((MOST_BETAS - 6) // np.maximum(np.ceil(travel), 1), 1, pace[:, 1])  # a set is one word
     finer = _nodes(plane, who, start[who], goal[who], duration, steps, widest, pace)
-    changed: dict[str, Any] = {"pace": lattice.pace.copy()}
-    changed["pace"][who] = pace
+    changed: dict[str, Any] = {"pace": lattice.pace.copy(), "way": lattice.way.copy()}
+    changed["pace"][who], changed["way"][who] = pace, 0
     for name in ("alpha", "beta"):
         old, new = getattr(lattice, name), getattr(finer, name)
         both = np.full((len(old), max(old.shape[1], new.shape[1])), np.nan)

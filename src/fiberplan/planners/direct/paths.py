@@ -32,7 +32,7 @@ from fiberplan.problem import Problem
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
-_JOINT_WORK = 20  # single replans that a joint one counts as
+_JOINT_WORDS = 100_000  # of a joint replan that take as long as a single one
 _PACES = np.array([(1, 1), (2, 2), (4, 2)])  # nodes that alpha and beta may go in a step, by fineness
 FINEST = len(_PACES) - 1  #: fineness of a lattice
 ON_ITS_WAY = FINEST + 1  #: in place of a fineness: there is nothing but one way
@@ -96,7 +96,7 @@ class Paths:
     def work(self) -> int:
         """Single replans so far, joint ones counted as many."""
         work = self.search.work[0]
-        return int(work["replans"] + _JOINT_WORK * work["joint_moves"])
+        return int(work["replans"] + work["joint_words"] // _JOINT_WORDS)
 
     @property
     def short_pair(self) -> int:
@@ -144,7 +144,7 @@ class Paths:
         """Let there be so many steps, if there are fewer."""
         if steps > self.steps:
             self.lattice = lengthened(self.lattice, steps)
-            self._scratch = make_scratch(self.lattice)
+            self._scratch = make_scratch(self.lattice, self._scratch)
             self.steps = steps
 
     @property
@@ -154,8 +154,9 @@ class Paths:
 
     def go_back_to(self, solution: Solution) -> None:
         """Take the paths of a solution again."""
+        same = self.lattice.beta is solution.lattice.beta  # nodes, as far as pairs that were searched jointly go
         self.steps, self.lattice = solution
-        self._scratch = make_scratch(self.lattice)
+        self._scratch = make_scratch(self.lattice, self._scratch if same else None)
         self.update_contacts()
 
     def cut(self, solution: Solution, steps: int) -> None:
