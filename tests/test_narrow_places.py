@@ -12,6 +12,8 @@ from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined,
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.planners.shared import threads
+from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 from problems import field_to_field
@@ -246,3 +248,32 @@ def test_off_its_way_a_positioner_has_a_lattice_as_if_it_had_never_been_on_one()
         paths.place(np.array([0]), alone=True)
     np.testing.assert_array_equal(search.lattice.path[0, 0], problem.start[0])
     np.testing.assert_array_equal(search.lattice.path[0], fresh.lattice.path[0])
+
+
+def test_another_configuration_is_taken_once_where_a_pair_gets_stuck():
+    start, goal = np.radians([[90.0, 120.0], [90.0, 120.0]]), np.radians([[120.0, 120.0], [60.0, 120.0]])
+    others = np.full((2, 1, 2), np.nan)
+    others[1, 0] = np.radians([20.0, 150.0])
+    problem = fp.Problem(row(2), start, goal, alternatives=others)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 0.0), problem.goal, 6 * DEG, None, 0)
+    search.begin()
+    pair = np.array([0, 1])
+    assert narrow.makes_room(search, pair)
+    np.testing.assert_array_equal(search.goal, [goal[0], others[1, 0]])
+    assert search.run(1000, lambda: True)
+    np.testing.assert_array_equal(search.lattice.path[:2, -1], search.goal)
+    assert not narrow.makes_room(search, pair)
+
+
+def test_placed_alone_by_any_number_of_threads(monkeypatch):
+    problem = field_to_field(1.0, rings=3)
+    found = []
+    for cores in (1, 2, 5):
+        monkeypatch.setattr(threads, "_LEAST", 5)
+        monkeypatch.setattr(threads, "cores", lambda cores=cores: cores)
+        search = DirectSearch(problem, Neighbourhood.of(problem.plane, 1.0), problem.goal, 6 * DEG, None, 0)
+        search.begin()
+        found.append(search.lattice.path)
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0])
+    assert np.any(found[0][:, 0] != found[0][:, -1])

@@ -37,7 +37,8 @@ Algorithm                                                             here
         by chance or by way of folded, with shortcuts                   the fold hub of the few; `shortcuts`
 13    if work or K is used up: clusters of 8 once; then the goals     `settling.settle`,
         of least total priority that have a part in all of C are        `problem.least_cover.least_loss`
-        given up, and the search goes on
+        given up, and the search goes on; before that, another          `narrow.makes_room`
+        configuration that counts as one of them is tried
 14  while K is more than anyone is known to need: half as much more,  `improving.shorten`
       with late positioners replanned, and 5 to 11 again; back to the
       last solution where that gets stuck; at last, shortcuts of who    `shortcuts.hurried`

@@ -28,6 +28,7 @@ from fiberplan.planners.direct.repair import (
     repair,
 )
 from fiberplan.planners.shared.memory import refuse_large
+from fiberplan.planners.shared.threads import in_parts_at_once
 from fiberplan.problem import Problem
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
@@ -62,6 +63,7 @@ class Paths:
         self.limit = problem.margin + SLACK
         self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms that block it
         self.held: set[int] = set()  #: never leave their start
+        self.elsewhere: set[int] = set()  #: were asked to reach their target in another configuration
         self.off_ways: set[int] = set()  #: were on ways of their own once, which others could not get past
         travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
         bound = float(travel.max(initial=0.0))
@@ -109,11 +111,16 @@ class Paths:
 
     def place(self, who: np.ndarray, alone: bool = False) -> None:
         """Put positioners `who` (m,) on their cheapest paths past everyone else's, or as if nobody else were there."""
-        near = self.near
         if alone:
-            near = near._replace(offsets=read_only(np.zeros_like(near.offsets), np.int64))
-        place_each(self._arms, near, self.lattice, self.search, self._scratch, who, self.steps)
+            in_parts_at_once(self._place_alone, who)
+        else:
+            place_each(self._arms, self.near, self.lattice, self.search, self._scratch, who, self.steps)
         self.update_contacts()
+
+    def _place_alone(self, who: np.ndarray) -> None:
+        """Put positioners `who` (m,) on their cheapest paths as if nobody else were there, wherever others are put."""
+        nobody = self.near._replace(offsets=read_only(np.zeros_like(self.near.offsets), np.int64))
+        place_each(self._arms, nobody, self.lattice, self.search, make_scratch(self.lattice), who, self.steps)
 
     def update_contacts(self) -> None:
         """Find all pairs that touch."""

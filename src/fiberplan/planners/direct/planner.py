@@ -51,7 +51,9 @@ class Direct:
 
     max_time: float | None = setting(None, "give up what cannot be done in this time", "s")
     min_reaction: float | None = setting(None, "who stops dead is touched no sooner, where that can be had", "s")
-    budget: float = setting(60.0, "replans per positioner, and 5,000, before goals are given up; joint ones count as many")
+    budget: float = setting(
+        60.0, "replans per positioner, and 5,000, until goals are given up; joint ones count as many"
+    )
     turn: float = setting(np.radians(6.0), "turn of alpha in one step of the search", "rad")
     seed: int = 0  #: of the order of repairs
 

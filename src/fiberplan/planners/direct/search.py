@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, steps_past_fixed
+from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, makes_room, steps_past_fixed
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.paths import ON_ITS_WAY, Paths
 from fiberplan.planners.direct.repair import SOLVED, SPENT, TOO_SHORT
@@ -79,6 +79,7 @@ class DirectSearch(Paths):
             elif self.work > budget or (stuck > PATIENCE and self.steps >= self.most_steps):
                 rescued = 0 if last_resort else self._untangle(self.in_contact, _LARGEST_CLUSTER, self.most_steps)
                 last_resort = True
+                rescued = rescued or makes_room(self, np.unique(self.pairs[self.in_contact]))
                 budget = max(budget, self.work) + _SECOND_WIND * (rescued or len(settle(self)))
                 fewest, stuck = self.touching, 0
             elif stuck > PATIENCE:
@@ -144,5 +145,5 @@ class DirectSearch(Paths):
             self.lengthen(need)
             return
         apart = need == UNKNOWN or any(self._untangle([pair], size, self.most_steps) for size in (2, 3))
-        if not apart and not self.take_off_ways(arms):
+        if not apart and not self.take_off_ways(arms) and not makes_room(self, arms):
             give_up_one_of(self, pair)
