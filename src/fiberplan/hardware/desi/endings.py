@@ -97,13 +97,15 @@ def _blocked(problem: Problem, ends: np.ndarray, tailed: np.ndarray) -> list[tup
     each = read_only(np.arange(2 * m).reshape(2, m).T, np.int64)
     blocked = np.ones(m, bool)
     for shift in _SHIFTS:
+        earlier = np.where(moving[first] & moving[second], shift, 0.0)  # nobody waits for one that rests
         free = np.ones(m, bool)
-        for part in np.linspace(max(0.0, shift), 1.0 + max(0.0, shift), _LOOKS):
-            back = [np.clip(1.0 - part, 0.0, 1.0), np.clip(1.0 - (part - shift), 0.0, 1.0)]
+        for part in np.linspace(0.0, 1.0, _LOOKS):
+            done = part + np.maximum(0.0, earlier)
+            shares = [np.clip(1.0 - done, 0.0, 1.0), np.clip(1.0 - done + earlier, 0.0, 1.0)]
             angles = np.concatenate(
                 [
                     all_ends[who] + _BACK * (moving[who] * share)[:, None]
-                    for who, share in zip((first, second), back, strict=True)
+                    for who, share in zip((first, second), shares, strict=True)
                 ]
             )
             free &= clearances(arms, read_only(angles), each) >= needed
