@@ -15,7 +15,7 @@ from fiberplan.io.sealed_tables import MISFITS, PLAN, seal, unseal
 from fiberplan.plan import Plan
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import one_line
+from fiberplan.tables.wording import one_line
 
 
 def write_plan(plan: Plan, path: str | os.PathLike, certificate: bool = True) -> None:

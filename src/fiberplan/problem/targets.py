@@ -19,7 +19,7 @@ from fiberplan.focal_plane.inverse_kinematics import solutions
 from fiberplan.focal_plane.two_link import reach
 from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances, second_names_agree
 from fiberplan.registry import io_function
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 from fiberplan.tolerances import ARRIVAL
 
 if TYPE_CHECKING:

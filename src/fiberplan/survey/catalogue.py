@@ -14,7 +14,8 @@ import numpy as np
 from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
 from fiberplan.problem import Targets
-from fiberplan.tables.table_reader import InputTable, given_table, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import given_table, read_table
 
 SCIENCE = "science"  #: the category of whatever has none
 

@@ -21,7 +21,7 @@ from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.survey.sky.positions import SkyPositions
 from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import nearest, one_line
+from fiberplan.tables.wording import nearest, one_line
 
 _BUILTIN = Path(__file__).parent / "telescopes"
 _FIELDS = {"format", "name", "title", "instruments", "scale", "radius", "x_east", "sources", "assumptions"}
