@@ -82,7 +82,13 @@ class Catalogue(Frozen):
         return len(self.x)
 
     def some(self, rows: np.ndarray, places: np.ndarray, source: str) -> "Catalogue":
-        """Those in `rows` (k,), at `places` (k, 2) [mm], as the catalogue of that name; rows are known by their ids."""
+        """Some of these targets elsewhere, as a field has them; rows are known by their ids.
+
+        Args:
+            rows: (k,) which.
+            places: (k, 2) where they are in that field [mm].
+            source: what messages call the new catalogue.
+        """
         assert self.fiber is not None  # set on construction
         assert self.category is not None  # likewise
         chosen = rows.tolist()
