@@ -130,8 +130,8 @@ def test_truncated_table(tmp_path):
 def test_positioners_that_do_not_fit(tmp_path, small_plane):
     path = tmp_path / "field.csv"
     path.write_text("x,y\n1,2\n")
-    assert "assignment is not done here" in complaint(TargetError, lambda: Targets.read(path).solve(small_plane))
-    assert "assignment is not done here" in complaint(
+    assert "or let `fiberplan allocate` say it" in complaint(TargetError, lambda: Targets.read(path).solve(small_plane))
+    assert "or let `fiberplan allocate` say it" in complaint(
         TargetError, lambda: Targets.read(path).configuration(small_plane)
     )
     path.write_text(HEAD + GOOD + "R+1C3,1,2\n")

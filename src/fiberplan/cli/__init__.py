@@ -14,7 +14,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """The ``fiberplan`` command."""
-    gc.set_threshold(100_000)  # imports make no garbage, and looking for it takes a tenth of a short command
+    gc.set_threshold(20_000)  # imports make no garbage, and looking for it takes a tenth of a short command
     try:
         from fiberplan.cli.app import main as command
     except BaseException as error:  # Ctrl-C while the commands are imported

@@ -209,8 +209,8 @@ class Targets(Frozen):
             return self._standing_at(plane)
         if self.positioner is None:
             raise TargetError(
-                f"{self.source}: no column 'positioner': say which positioner takes which target, "
-                "assignment is not done here"
+                f"{self.source}: no column 'positioner': say which positioner takes which target, or let "
+                "`fiberplan allocate` say it"
             )
         for row, id_ in enumerate(self.positioner):
             if id_ not in plane.names:
