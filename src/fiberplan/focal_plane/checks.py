@@ -26,6 +26,9 @@ def check(plane: "FocalPlane") -> None:
         twice = next(id_ for i, id_ in enumerate(plane.ids) if plane.index[id_] != i)
         rows = [i for i, id_ in enumerate(plane.ids) if id_ == twice]
         raise InstrumentError(f"{plane.name}: positioner id '{twice}' appears twice (rows {rows[0]} and {rows[1]})")
+    blank = next((name for name in (*plane.ids, *plane.aliases) if name != name.strip()), None)
+    if blank is not None:  # no table keeps them
+        raise InstrumentError(f"{plane.name}: positioner id '{blank}' begins or ends with a blank")
     if not plane.fiber_offsets:
         raise InstrumentError(f"{plane.name}: no fiber is given")
     for name in ("base", "length", "zero", "folded"):
