@@ -15,11 +15,9 @@ import numpy as np
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body
-from fiberplan.instruments.complaints import DefinitionError
-from fiberplan.instruments.definition import plane_of
-from fiberplan.instruments.definition_model import Definition, Positioner
 from fiberplan.instruments.formats import focal_plane_format
-from fiberplan.tables.table_reader import InputTable, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
 
 USUAL_SPEED = 30.0  #: where a table gives none [deg/s]
 _JOINT_VALUES = ("lower", "upper", "folded", "zero", "speed", "acceleration", "min_speed")
@@ -55,6 +53,10 @@ def read_robots(path: Path) -> FocalPlane:
     Raises:
         InstrumentError: a column that is missing, or a value that cannot be used; file, row and value are named.
     """
+    from fiberplan.instruments.complaints import DefinitionError  # slow to import, as is all that checks a definition
+    from fiberplan.instruments.definition import plane_of
+    from fiberplan.instruments.definition_model import Definition
+
     read = read_table(path, InstrumentError)
     table = _renamed(read)
     fibers = [name[:-2] for name in table.columns if name.endswith("_x") and name[:-2]] or ["fiber"]
@@ -104,6 +106,8 @@ def _renamed(table: InputTable) -> InputTable:
 
 def _with_sides(table: InputTable, fibers: list[str]) -> InputTable:
     """The same with a zero for the y of fibers that lie straight along the beta link."""
+    from fiberplan.instruments.definition_model import Positioner
+
     known = set(Positioner.model_fields)
     added = {f"{name}_y": ["0"] * len(table) for name in fibers if f"{name}_x" in table and f"{name}_y" not in table}
     added = {name: cells for name, cells in added.items() if name not in known}

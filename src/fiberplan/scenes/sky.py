@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from astropy.table import QTable
 
+from fiberplan.arrays.seeds import generator
+
 _PER_CLUSTER = 30.0  # mean members of a cluster
 _SPREAD = 0.05  # of the radius of a field: standard deviation of a cluster
 _CLUSTERED = 0.6  # part of the targets in clusters
@@ -45,8 +47,11 @@ def clustered_sky(fields: int, radius: float, per_field: float, seed: int = 0) -
         radius: of a field [rad].
         per_field: mean number of targets in it, sky positions and standards included.
         seed: of the sky; the same seed gives the same tables.
+
+    Raises:
+        ProblemError: a seed that is none.
     """
-    rng = np.random.default_rng(seed)
+    rng = generator(seed)
     side = int(np.ceil(np.sqrt(fields)))
     half = radius * (1 + _STEP * (side - 1) / 2)
     count = per_field * (2 * half) ** 2 / (np.pi * radius**2)

@@ -14,7 +14,8 @@ import numpy as np
 from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
 from fiberplan.problem import Targets
-from fiberplan.tables.table_reader import InputTable, given_table, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import given_table, read_table
 
 SCIENCE = "science"  #: the category of whatever has none
 
@@ -81,7 +82,13 @@ class Catalogue(Frozen):
         return len(self.x)
 
     def some(self, rows: np.ndarray, places: np.ndarray, source: str) -> "Catalogue":
-        """Those in `rows` (k,), at `places` (k, 2) [mm], as the catalogue of that name; rows are known by their ids."""
+        """Some of these targets elsewhere, as a field has them; rows are known by their ids.
+
+        Args:
+            rows: (k,) which.
+            places: (k, 2) where they are in that field [mm].
+            source: what messages call the new catalogue.
+        """
         assert self.fiber is not None  # set on construction
         assert self.category is not None  # likewise
         chosen = rows.tolist()

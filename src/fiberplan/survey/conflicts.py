@@ -50,7 +50,13 @@ class ConflictTable(csr_array):
 
     @classmethod
     def of(cls, options: Options, pairs: np.ndarray, blocked: Blocked) -> "ConflictTable":
-        """The table of the options that `pairs` (k, 2) says touch."""
+        """A table of which options touch.
+
+        Args:
+            options: rows and columns.
+            pairs: (k, 2) of options that touch, each once.
+            blocked: options that nobody can take.
+        """
         ends = np.concatenate([pairs, pairs[:, ::-1]]) if len(pairs) else pairs
         m = len(options)
         table = cls((np.ones(len(ends), bool), (ends[:, 0], ends[:, 1])), shape=(m, m))

@@ -19,7 +19,7 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 COLUMNS = ("posid", "motor_steps_T", "motor_steps_P", "speed_mode_T", "speed_mode_P", "move_time", "postpause")
 _REDUCTION = (60 / 14) ** 4  # 46 and 14 teeth, four planetary stages

@@ -14,10 +14,10 @@ import numpy as np
 
 from fiberplan import __version__
 from fiberplan.arrays import not_negative
+from fiberplan.arrays.seeds import seed_complaint
 from fiberplan.errors import FiberplanError, ProblemError, interrupted
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.io.plan_file import read_plan
-from fiberplan.plan.seeds import seed_complaint
 from fiberplan.planners import Direct
 from fiberplan.planners.protocol import Planner
 from fiberplan.problem import State

@@ -18,7 +18,9 @@ from fiberplan.errors import TargetError
 from fiberplan.survey.batch.fields import Fields
 from fiberplan.survey.catalogue import Catalogue
 from fiberplan.survey.sky import SkyPositions, Telescope
-from fiberplan.tables.table_reader import InputTable, given_table, nearest
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import given_table
+from fiberplan.tables.wording import nearest
 
 _SKY = {"ra": "rad", "dec": "rad", "pm_ra": "rad/yr", "pm_dec": "rad/yr", "epoch": "yr"}
 _IN_FILES = {"rad": "deg", "rad/yr": "mas/yr", "yr": "yr"}

@@ -57,7 +57,7 @@ class SkyPositions(Frozen):
         return len(self.ra)
 
     def some(self, rows: np.ndarray) -> "SkyPositions":
-        """Those in `rows`."""
+        """Those in `rows` (k,)."""
         columns = {name: getattr(self, name)[rows] for name in _UNITS}
         return SkyPositions(**columns, source=self.source, rows=tuple(self.rows[row] for row in rows.tolist()))
 
