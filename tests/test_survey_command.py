@@ -39,6 +39,8 @@ def test_survey_of_places_that_are_known(files, capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["observations"], told["fields"]) == (2, 2)
     assert told["completeness"][0]["complete"] == 2
+    assert run(["survey", "seven.toml", "all.csv", "fields.csv", "-o", "out"]) == 0
+    assert "note: each field waits for the one before" in capsys.readouterr().out
     assert not (files / "out" / "plans" / "000001.fits").exists()  # b has been observed, and nothing is left for 2
 
 

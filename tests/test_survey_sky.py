@@ -81,6 +81,17 @@ def test_made_up_sky_is_the_same_for_the_same_seed():
     assert set(one[0]["category"]) == {"quasar", "galaxy", "star", "sky", "standard"}
 
 
+def test_nights_take_turns_at_regions_that_share_no_target():
+    catalogue, listed = clustered_sky(43, 0.02, 50.0, 1, regions=3)
+    fields = Fields.of(listed)
+    region = np.arange(43) // 10 % 3
+    lying = SurveyTargets.of(catalogue).lying_in(fields, TOY)
+    rows = [lying.of(k)[0] for k in range(43)]
+    inside = [np.unique(np.concatenate([rows[k] for k in np.flatnonzero(region == r)])) for r in range(3)]
+    assert len(np.unique(np.concatenate(inside))) == sum(map(len, inside)) > 43 * 15
+    assert len(np.intersect1d(rows[0], rows[1]))
+
+
 XY = {"id": ["a", "b", "a"], "field": ["1", "1", "2"], "x": [1.0, 2.0, 3.0], "y": [0.0, 0.0, 0.0]}
 
 

@@ -113,6 +113,8 @@ def survey(
         say(f"and {len(done.failed) - _MOST_FAILED} more fields failed (--json)", style="yellow")
     for note in (*off, *leave.notes, *done.assumptions):
         say(f"note: {note}")
+    if done.longest == len(done.records) > 1 and at_once != 1:
+        say("note: each field waits for the one before, by its chain or by targets in both: one worker does it all")
     say(f"wrote {output}; open {page} in a browser")
     raise typer.Exit(1 if done.failed else 0)
 
@@ -131,12 +133,12 @@ def _optics(plane: "FocalPlane", named: str | None) -> "Telescope | None":
 
 
 def _made_up(plane: "FocalPlane", optics: "Telescope | None", count: int, seed: int) -> tuple[Any, Any]:
-    """A catalogue and fields, with twice as many targets in a field as positioners."""
+    """A catalogue and fields, with twice as many targets in a field as positioners; nights in up to four regions."""
     from fiberplan.scenes import clustered_sky
 
     if optics is None:
         raise FiberplanError(f"survey: --demo needs a telescope for {plane.name}: --telescope NAME|FILE")
-    return clustered_sky(count, optics.radius, 2.0 * plane.n, seed)
+    return clustered_sky(count, optics.radius, 2.0 * plane.n, seed, regions=min(4, -(-count // 10)))
 
 
 def _facts(done: "Survey") -> dict[str, Any]:
