@@ -8,7 +8,7 @@ import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.numbered import numbers_of
-from fiberplan.cli.options import InstrumentArgument, JsonOption, RegionsOption, SeedOption, SolverOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, PriorityOrder, RegionsOption, SeedOption, SolverOption
 from fiberplan.cli.output import made_folder, say, working
 from fiberplan.cli.start import Margin, Offline, begun, room, switched_off
 from fiberplan.errors import FiberplanError
@@ -48,6 +48,7 @@ def survey(
         typer.Option(metavar="CATEGORY=N", help="Positions that each field needs, such as sky=80. Repeatable."),
     ] = None,
     regions: RegionsOption = 1,
+    priority_order: PriorityOrder = "larger",
     solver: SolverOption = "milp",
     executor: Annotated[Literal["processes", "dask"], typer.Option(help="Who does the fields.")] = "processes",
     scheduler: Annotated[
@@ -79,6 +80,8 @@ def survey(
         optics = _optics(plane, telescope)
         sky = _made_up(plane, optics, demo, seed) if demo is not None else (catalogue, fields)
         targets, listed = SurveyTargets.of(sky[0]), Fields.of(sky[1])
+        if priority_order == "smaller":
+            targets = targets.turned()
         state = begun(plane, start, None)
         required = numbers_of(require or (), "--require")
         made_folder(output)

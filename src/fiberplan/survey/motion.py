@@ -110,7 +110,8 @@ def _shortened(
         if not len(setting):
             break
         choices = choices.without(setting[[0, -1]][None])
-        chosen = _chosen_again(there, choices, found.chosen, setting[-1:], seed)
+        ways = [_chosen_again(there, choices, found.chosen, one, seed) for one in (setting[:1], setting[-1:])]
+        chosen = max(ways, key=lambda way: tuple(found.choices.weight[way].sum(axis=0)))
         if _worth(found.choices, chosen) < _worth(found.choices, found.chosen):
             break
         other = planner.plan(goals_of(there, catalogue, table, chosen))
