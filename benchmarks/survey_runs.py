@@ -6,10 +6,11 @@ Parts, of which --only takes some:
 - speed-up: one process and two, in turn, for four regions of the sky that share no targets, and for one: wall-clock
   seconds, what other work the machine did meanwhile, and what CPU seconds say, in the order in which fields wait
 - kills: a survey of small fields, killed so many times at random moments, each time with all its processes; same bytes?
-- many: so many small fields for real, one process: seconds of CPU and bytes a field, memory
+- many: so many small fields for real, one process: seconds of CPU and bytes a field, memory; goes on in --folder
 - pfs: the public PFS list of preliminary targets, in ../shared/data/pfs, over a few fields
 
-Usage: python benchmarks/survey_runs.py [--only PART ...] [--fields N] [--kills N] [--many N] [--full] [--rounds N]
+Usage: python benchmarks/survey_runs.py [--only PART ...] [--fields N] [--kills N] [--many N] [--folder DIR] [--full]
+       [--speed-up-fields N] [--rounds N]
 """
 
 import argparse
@@ -23,6 +24,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -201,22 +203,29 @@ def _lines(folder: Path) -> int:
     return ledger.read_bytes().count(b"\n") if ledger.exists() else 0
 
 
-def many(fields: int) -> None:
+def many(fields: int, kept: Path | None) -> None:
+    """So many small fields; in a folder that is kept it goes on where an earlier run was ended."""
     case = small_survey(fields)
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() if kept is None else nullcontext(kept) as folder:
         before, begun = _cpu(), time.perf_counter()
-        done = fp.survey.run(*case.inputs, folder, at_once=1, **case.settings)
+        done = fp.survey.run(*case.inputs, folder, at_once=1, report=_said, **case.settings)
         cpu, wall = _cpu() - before, time.perf_counter() - begun
         size = sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
         ledger = (Path(folder) / "ledger.jsonl").stat().st_size
-        begun = time.perf_counter()
+        before = _cpu()
         fp.survey.run(*case.inputs, folder, at_once=1, **case.settings)
-        again = time.perf_counter() - begun
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        again = _cpu() - before
+    inside, memory = sum(record.times[0] for record in done.records), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    each = inside / fields
     print(f"many: {done}")
-    print(f"      {fields} fields of 7 robots: {cpu:.0f} s CPU, {wall:.0f} s wall, {cpu / fields:.3f} s CPU a field")
-    print(f"      {size / fields / 1e3:.1f} kB a field, of which ledger {ledger / fields / 1e3:.2f}; {memory:.0f} MiB")
-    print(f"      started again when done: {again:.1f} s")
+    print(f"      {fields} fields of 7 robots: {cpu:.0f} s CPU, {wall:.0f} s wall; a field alone {each:.3f} s CPU")
+    print(f"      {size / fields / 1e3:.1f} kB a field, ledger {ledger / fields / 1e3:.2f} kB; {memory / 1024:.0f} MiB")
+    print(f"      started again when done: {again:.1f} s CPU")
+
+
+def _said(how_far: str) -> None:
+    if how_far.split()[0].endswith("00"):
+        print(f"      {how_far}", flush=True)
 
 
 def pfs(fields: int) -> None:
@@ -255,6 +264,7 @@ def main() -> None:
     parser.add_argument("--fields", type=int, default=200, help="of the kills")
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--many", type=int, default=1000)
+    parser.add_argument("--folder", type=Path, help="of the many, which is kept, so that a run that was ended goes on")
     parser.add_argument("--full", action="store_true", help="overhead of the SDSS-V array, too; speed-up of 547 robots")
     parser.add_argument("--speed-up-fields", type=int, default=40, help="fields of the speed-up")
     parser.add_argument("--rounds", type=int, default=1, help="of the speed-up")
@@ -266,7 +276,7 @@ def main() -> None:
     if "kills" in options.only:
         kills(options.fields, options.kills)
     if "many" in options.only:
-        many(options.many)
+        many(options.many, options.folder)
     if "pfs" in options.only:
         pfs(3)
 
