@@ -134,8 +134,7 @@ class Catalogue(Frozen):
 
         Args:
             path: of the file.
-            priority_order: which priorities matter more in it; "smaller" turns them round, so that all are worth
-                something.
+            priority_order: which priorities matter more in it; "smaller" turns them round, as `turned` does.
 
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line that names it.
@@ -143,10 +142,12 @@ class Catalogue(Frozen):
         if priority_order not in ("larger", "smaller"):
             raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
         found = cls.from_columns(read_table(path, TargetError, wanted=_WANTED))
-        if priority_order == "larger":
-            return found
-        worst, best = found.priority.max(), max(found.priority.min(), 1.0)  # nobody takes what is worth 0
-        return dataclasses.replace(found, priority=worst + best - found.priority)
+        return found if priority_order == "larger" else found.turned()
+
+    def turned(self) -> "Catalogue":
+        """The same with priorities turned round, so that the smallest matters most; all are worth something."""
+        worst, best = self.priority.max(), max(self.priority.min(), 1.0)  # nobody takes what is worth 0
+        return dataclasses.replace(self, priority=worst + best - self.priority)
 
     @classmethod
     def from_columns(cls, table: InputTable, places: np.ndarray | None = None) -> "Catalogue":

@@ -123,6 +123,7 @@ def touching_options(there: Problem, moving: Options) -> ConflictTable:
     free = by[:m] < 0
     place = np.cumsum(free) - 1
     kept = found[(by[found] < 0).all(axis=1) & (found < m).all(axis=1)]
+    kept = kept[moving.target[kept[:, 0]] != moving.target[kept[:, 1]]]  # those on one target exclude each other anyway
     who = np.array([plane.public(arm) for arm in by[:m][~free]], np.int64)
     return ConflictTable.of(moving.kept(free), place[kept], Blocked(moving.kept(~free), read_only(who, np.int64)))
 
