@@ -17,7 +17,7 @@ from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.witnesses import witnesses
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane.geometry import Geometry
-from fiberplan.io.certificate_tables import regions_tables
+from fiberplan.io.certificate_tables import barrier_tables
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Bound, Outcome, Plan
@@ -31,8 +31,8 @@ _SAID = {"planner": str, "parameters": dict, "seed": int, "timings": dict, "note
 def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
     """The tables of the focal plane, POSITIONERS with outcomes, then KNOTS, PROBLEM, CERTIFICATE, PARAMETERS.
 
-    With `certificate`, CERTIFICATE_AXES too, and CERTIFICATE_REGIONS where losses are proven: what shows each pair
-    clear, and what cannot be left, for `fiberplan replay`.
+    With `certificate`, CERTIFICATE_AXES too, and CERTIFICATE_BARRIERS and CERTIFICATE_TREES where losses are proven:
+    what shows each pair clear, and what cannot be left, for `fiberplan replay`.
     """
     about, positioners, *others = plane_hdus(plan.problem.plane)
     outcomes = table_hdu("", {"outcome": [outcome.name for outcome in plan.outcomes]})
@@ -43,7 +43,7 @@ def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
         _knots(plan.trajectory),
         _problem_table(plan),
         _proof_table(plan.certificate),
-        *([_axes_table(plan), *regions_tables(plan)] if certificate else []),
+        *([_axes_table(plan), *barrier_tables(plan)] if certificate else []),
         table_hdu("PARAMETERS", {"json": [json.dumps(_parameters(plan), default=_plain)]}),
     ]
 
