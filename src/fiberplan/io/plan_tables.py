@@ -14,7 +14,7 @@ from astropy.io import fits
 
 from fiberplan.certificates.witnesses import witnesses
 from fiberplan.errors import PlanError
-from fiberplan.io.certificate_tables import regions_tables
+from fiberplan.io.certificate_tables import barrier_tables
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
 from fiberplan.io.proof_tables import proof_table, tuples
 from fiberplan.motion import Trajectory
@@ -29,8 +29,8 @@ _SAID = {"planner": str, "parameters": dict, "seed": int, "timings": dict, "note
 def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
     """The tables of the focal plane, POSITIONERS with outcomes, then KNOTS, PROBLEM, CERTIFICATE, PARAMETERS.
 
-    With `certificate`, CERTIFICATE_AXES too, and CERTIFICATE_REGIONS where losses are proven: what shows each pair
-    clear, and what cannot be left, for `fiberplan replay`.
+    With `certificate`, CERTIFICATE_AXES too, and CERTIFICATE_BARRIERS and CERTIFICATE_TREES where losses are proven:
+    what shows each pair clear, and what cannot be left, for `fiberplan replay`.
     """
     about, positioners, *others = plane_hdus(plan.problem.plane)
     outcomes = table_hdu("", {"outcome": [outcome.name for outcome in plan.outcomes]})
@@ -41,7 +41,7 @@ def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
         _knots(plan.trajectory),
         _problem_table(plan),
         proof_table(plan.certificate),
-        *([_axes_table(plan), *regions_tables(plan)] if certificate else []),
+        *([_axes_table(plan), *barrier_tables(plan)] if certificate else []),
         table_hdu("PARAMETERS", {"json": [json.dumps(_parameters(plan), default=_plain)]}),
     ]
 

@@ -49,9 +49,9 @@ Algorithm                                                             here
 16  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
       stay clear                                                        `planners.shared.straighten`
 17  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
-      goal, or it leaves one that is shut in no place; if any loss is   `certificates.proven_unreachable`,
-      unproven, the fold hub is planned too, and the plan of greater    `certificates.proven_excluded`,
-      kept priority is returned                                         `planners.greedy_fold`
+      goal, or it leaves one that is shut in no place, or two are in    `plan.loss_proofs`,
+      each other's way; if any loss is unproven, the fold hub is        `certificates.lost`,
+      planned too, and the plan of greater kept priority is returned    `planners.greedy_fold`
 
 Lines 4 and 10 test whole steps in continuous time; lines 7 and 9 see nodes only. So a contact that appears only
 between nodes raises the clearance that line 9 asks for that pair by 0.1 mm, and a contact left by line 7 the clearance
