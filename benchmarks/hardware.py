@@ -25,6 +25,7 @@ from fiberplan.certificates.touching import Touching
 from fiberplan.errors import PlanError
 from fiberplan.hardware import CONTROLLERS
 from fiberplan.hardware.certified import ALLOWANCE
+from fiberplan.hardware.desi.encode import with_room_for_the_tail
 from fiberplan.hardware.planned import fitted, plan_for
 from fiberplan.hardware.simulated import Faults, proof_within, simulated
 from fiberplan.instruments.desi import petal
@@ -44,6 +45,7 @@ class Case(NamedTuple):
     controller: str
     ending: str
     budget: float = 60.0  # of the planner
+    goals: fp.FocalPlane | None = None  # in whose ranges goals are drawn, if these are narrower
 
 
 @cache
@@ -56,7 +58,8 @@ def sdss_547(data: Path) -> Case:
 @cache
 def desi_petal(data: Path) -> Case:
     """Petal 0 as it was in February 2026, at 0.8 of cruise speed."""
-    return Case(petal(fp.FocalPlane.load(data / "desi" / "fp-20260219.ecsv"), 0), 0.1, "desi", "csv", 5.0)
+    plane = petal(fp.FocalPlane.load(data / "desi" / "fp-20260219.ecsv"), 0)
+    return Case(plane, 0.1, "desi", "csv", 5.0, with_room_for_the_tail(plane))
 
 
 @cache
@@ -84,7 +87,8 @@ def problems(case: Case, seeds: range) -> Iterator[fp.Problem]:
     """From field 2 k to field 2 k + 1; those that are offline stay folded."""
     plane = fitted(case.plane, case.controller)
     for seed in seeds:
-        start, goal = (uniform_field(plane, number, case.margin) for number in (2 * seed, 2 * seed + 1))
+        start = uniform_field(plane, 2 * seed, case.margin)
+        goal = uniform_field(case.goals or plane, 2 * seed + 1, case.margin)
         here = np.where(plane.online[:, None], start, plane.folded)
         there = np.where(plane.online[:, None], goal, np.nan)
         yield fp.Problem(plane, here, there, case.margin, conflicts="drop", near_start="open")

@@ -1,6 +1,6 @@
 """Speed of the HTML page: how large it is, how soon it shows the first picture, how many frames a second it plays.
 
-    python benchmarks/page.py [--seconds 3] [--only outlines] [--browser /usr/bin/chromium]
+    python benchmarks/page.py [--seconds 3] [--only outlines] [--colour now] [--browser /usr/bin/chromium]
 
 Headless Chromium with software rendering, a window of 1280 x 800, the whole array in view, everybody in motion in every
 frame: alpha turns from end to end, folded. Opening is from the start of navigation to the first picture, in a browser
@@ -84,6 +84,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=3.0, help="how long each plan plays")
     parser.add_argument("--browser", default=shutil.which("chromium") or shutil.which("google-chrome"))
     parser.add_argument("--only", default="", help="scenes whose name contains this")
+    parser.add_argument("--colour", default="outcome", help="what the colours say: now, progress, ...")
     options = parser.parse_args()
     print(f"{'scene':28} {'page':>8} {'show':>7} {'opens':>7} {'frames/s':>9} {'CPU each':>9}   to reach")
     with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
@@ -99,6 +100,7 @@ def main() -> None:
             took = time.process_time() - begin
             page = browser.new_page(viewport={"width": 1280, "height": 800})
             seconds = opened(page, path)
+            page.select_option("#colour", options.colour)
             rate, cpu = frames(page, options.seconds)
             size, figures = path.stat().st_size / 1e6, f"<= {soon} s, >= {smooth:.0f}"
             print(

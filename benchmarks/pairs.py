@@ -57,7 +57,7 @@ def cases() -> dict[str, Callable[[], Callable[[], Any]]]:
         "navigation-function": lambda: planned(
             fp.planners.NavigationFunction(), problem(fp.FocalPlane.hexagonal(8, 10.0, **desi), 0.2)
         ),
-        "elliptic-navigation": lambda: planned(
+        "elliptic-navigation-function": lambda: planned(
             fp.planners.EllipticNavigationFunction(), problem(fp.FocalPlane.hexagonal(4, 22.4), 0.5)
         ),
         "prioritized-roadmap": lambda: planned(
@@ -127,7 +127,7 @@ def compared(name: str, trees: list[Path], rounds: int) -> str:
     low, high = ratios[len(ratios) // 4], ratios[-1 - len(ratios) // 4]
     here, there = (1e3 * statistics.median(own) for own in times)
     least = min(times[0]) / min(times[1])
-    return f"{name:<20} {here:10.2f} {there:10.2f} {statistics.median(ratios):8.3f} {low:8.3f} {high:8.3f} {least:8.3f}"
+    return f"{name:<28} {here:10.2f} {there:10.2f} {statistics.median(ratios):8.3f} {low:8.3f} {high:8.3f} {least:8.3f}"
 
 
 def main() -> None:
@@ -153,7 +153,7 @@ def main() -> None:
             parser.error(made.stderr.strip().splitlines()[-1])
         try:
             heads = ("here [ms]", "base [ms]", "median", "lower", "upper", "of least")
-            print(f"{'case':<20} " + " ".join(f"{head:>{10 if k < 2 else 8}}" for k, head in enumerate(heads)))
+            print(f"{'case':<28} " + " ".join(f"{head:>{10 if k < 2 else 8}}" for k, head in enumerate(heads)))
             for name in options.case or known:
                 print(compared(name, [ROOT, tree], options.rounds), flush=True)
         finally:

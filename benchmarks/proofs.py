@@ -3,7 +3,7 @@
 547 robots go from field to field by `Direct`. Then plan files with anything in them changed are replayed (mutations),
 and contacts that are planted are looked for by `verify` (as `make fuzz` does, counted). CPU times, kernels warm.
 
-Usage: python benchmarks/proofs.py [--fields N] [--mutations N] [--planted N]
+Usage: python benchmarks/proofs.py [--fields N] [--mutations N] [--planted N] [--clear N]
 """
 
 import argparse
@@ -99,8 +99,23 @@ def plants(count: int) -> None:
     planted, missed, seed = 0, 0, 0
     while planted < count:
         there, lost = contacts(np.random.default_rng(seed), 150)
+        if (planted + there) // 10_000 > planted // 10_000:
+            print(f"  {planted + there}: {missed + len(lost)} missed", flush=True)
         planted, missed, seed = planted + there, missed + len(lost), seed + 1
     print(f"{planted} planted contacts: {missed} missed")
+
+
+def alarms_over(count: int) -> None:
+    """How many of so many motions that stay clear by more than 5 um `verify` calls unsafe."""
+    from fuzz.planted import alarms
+
+    kept, false, seed = 0, 0, 0
+    while kept < count:
+        there, blamed = alarms(np.random.default_rng(seed), 150)
+        if (kept + there) // 1_000 > kept // 1_000:
+            print(f"  {kept + there}: {false + len(blamed)} called unsafe", flush=True)
+        kept, false, seed = kept + there, false + len(blamed), seed + 1
+    print(f"{kept} motions that stay clear by more than 5 um: {false} called unsafe")
 
 
 def main() -> None:
@@ -108,6 +123,7 @@ def main() -> None:
     parser.add_argument("--fields", type=int, default=5)
     parser.add_argument("--mutations", type=int, default=10_000)
     parser.add_argument("--planted", type=int, default=100_000)
+    parser.add_argument("--clear", type=int, default=10_000)
     options = parser.parse_args()
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
     if options.fields:
@@ -118,6 +134,8 @@ def main() -> None:
         mutants(options.mutations)
     if options.planted:
         plants(options.planted)
+    if options.clear:
+        alarms_over(options.clear)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Allocation: the conflict table, solvers side by side, the motion in the loop, and what the tie-break saves.
+"""Allocation: the conflict table, solvers side by side, tiers, the motion in the loop, and what the tie-break saves.
 
 Catalogues are uniform over the array, with priorities 1, 2, 5 and 10, equally many of each. CPU is of one core, kernels
 warm; the calibration that is printed first lets machines compare.
@@ -7,6 +7,7 @@ Usage: python benchmarks/survey.py [--only PART] [--fields N] [--targets M] [--b
 """
 
 import argparse
+import dataclasses
 import statistics
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -151,6 +152,22 @@ def solver_rows(seed: int, quick: bool) -> Iterator[str]:
         yield "CP-SAT: not installed" if found is None else row("CP-SAT, from greedy", found[0], cpu, found[1])
 
 
+def tier_rows(seed: int) -> Iterator[str]:
+    """Three tiers of the largest array, equally many in each, and few in the first."""
+    n, count = SIZES[-1]
+    plane, margin = plane_of(n)
+    listed = catalogue(plane, count, seed)
+    for shares in ((1 / 3, 1 / 3, 1 / 3), (0.03, 0.12, 0.85)):
+        tier = np.random.default_rng(seed + 1).choice([1, 2, 3], count, p=shares)
+        tiered = dataclasses.replace(listed, tier=tier)
+        for solver in ("heuristic", "milp"):
+            cpu, _, found = timed(
+                lambda tiered=tiered, solver=solver: allocate(plane, tiered, margin, motion=False, solver=solver)
+            )
+            worth = ", ".join(f"{each.value:.0f} of {each.bound:.0f}" for each in found.tiers)
+            yield f"tiers {n} x {count}, shares {shares[0]:.0%} first, {solver:<10} {worth}, CPU {cpu:.1f} s"
+
+
 def motion_rows(seed: int, fields: int, counts: list[int], buffers: list[float]) -> Iterator[str]:
     """Allocate, plan, choose again until all arrive."""
     plane = sayres()
@@ -218,7 +235,7 @@ def warm() -> None:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("conflicts", "solvers", "motion", "ties"))
+    parser.add_argument("--only", choices=("conflicts", "solvers", "tiers", "motion", "ties"))
     parser.add_argument("--fields", type=int, default=20, help="of motion and ties, each")
     parser.add_argument("--targets", type=int, nargs="+", default=[1_000, 3_000], help="of motion and ties, in a field")
     parser.add_argument("--buffer", type=float, nargs="+", default=list(BUFFERS), help="of motion [mm]")
@@ -230,6 +247,7 @@ def main() -> None:
     parts: dict[str, Callable[[], Iterator[str]]] = {
         "conflicts": lambda: table_rows(options.seed, options.quick),
         "solvers": lambda: solver_rows(options.seed, options.quick),
+        "tiers": lambda: tier_rows(options.seed),
         "motion": lambda: motion_rows(options.seed, options.fields, options.targets, options.buffer),
         "ties": lambda: tie_rows(options.seed, options.fields, options.targets),
     }

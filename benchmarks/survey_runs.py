@@ -3,15 +3,18 @@
 Parts, of which --only takes some:
 
 - overhead: CPU of `run` in this process over that of its fields alone, 7 and 127 robots (and sdss, with --full)
-- speed-up: wall-clock and CPU seconds of one process and of two; on a machine that is busy the ratio says little
+- speed-up: one process and two, in turn, for four regions of the sky that share no targets, and for one: wall-clock
+  seconds, what other work the machine did meanwhile, and what CPU seconds say, in the order in which fields wait
 - kills: a survey of small fields, killed so many times at random moments, each time with all its processes; same bytes?
-- many: so many small fields for real, one process: seconds of CPU and bytes a field, memory
+- many: so many small fields for real, one process: seconds of CPU and bytes a field, memory; goes on in --folder
 - pfs: the public PFS list of preliminary targets, in ../shared/data/pfs, over a few fields
 
-Usage: python benchmarks/survey_runs.py [--only PART ...] [--fields N] [--kills N] [--many N] [--full]
+Usage: python benchmarks/survey_runs.py [--only PART ...] [--fields N] [--kills N] [--many N] [--folder DIR] [--full]
+       [--speed-up-fields N] [--rounds N]
 """
 
 import argparse
+import heapq
 import json
 import os
 import random
@@ -21,6 +24,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,7 +33,10 @@ from astropy.table import Table
 
 import fiberplan as fp
 from fiberplan.scenes import clustered_sky
-from fiberplan.survey import Telescope
+from fiberplan.survey import Fields, SurveyTargets, Telescope
+from fiberplan.survey.batch.precedence import Precedence
+from scenes.scene import margin_of
+from scenes.uniform import sayres
 
 PFS = Path(__file__).parents[2] / "shared" / "data" / "pfs" / "pfs_preliminary_target_archaeology.dat.gz"
 _CHILD = "--child"
@@ -42,13 +49,21 @@ class Case(NamedTuple):
     settings: dict[str, Any]
 
 
-def small_survey(fields: int, rings: int = 1, per_robot: float = 3.0) -> Case:
+def small_survey(fields: int, rings: int = 1, per_robot: float = 3.0, regions: int = 1) -> Case:
     """Fields of a made-up sky for a hexagon of so many rings, with so many targets a robot, in chains of ten."""
-    plane = fp.FocalPlane.hexagonal(rings, 22.4)
+    return _survey(fp.FocalPlane.hexagonal(rings, 22.4), fields, per_robot, regions, 0.5)
+
+
+def sayres_survey(fields: int, regions: int = 1) -> Case:
+    """Fields of a made-up sky for the 547 robots of Sayres2021 at a buffer of 2.0 mm, 3,000 targets in each."""
+    return _survey(sayres(), fields, 3000.0 / 547, regions, margin_of(2.0))
+
+
+def _survey(plane: fp.FocalPlane, fields: int, per_robot: float, regions: int, margin: float) -> Case:
     edge = float(np.hypot(*plane.base.T).max()) + 22.4
     telescope = Telescope("toy", [edge / 0.02], 0.02)
-    sky = clustered_sky(fields, telescope.radius, per_robot * plane.n, seed=1)
-    settings = {"margin": 0.5, "telescope": telescope, "required": {"sky": 1}, "solver": "heuristic"}
+    sky = clustered_sky(fields, telescope.radius, per_robot * plane.n, seed=1, regions=regions)
+    settings = {"margin": margin, "telescope": telescope, "required": {"sky": 1}, "solver": "heuristic"}
     return Case((plane, *sky), settings)
 
 
@@ -93,21 +108,60 @@ def overhead(full: bool) -> None:
         print(f"          {name:<12}{len(done.records):>6}{inside:>17.2f}{whole:>16.2f}{more:>18.1%}{again:>20.2f}")
 
 
-def speed_up(fields: int) -> None:
-    case = small_survey(fields, 4)
-    print(f"speed-up: {fields} fields of 61 robots, load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-    wall = {}
-    for many in (1, 2):
-        with tempfile.TemporaryDirectory() as folder:
-            before = _cpu()
-            begun = time.perf_counter()
-            done = fp.survey.run(*case.inputs, folder, None, at_once=many, **case.settings)
-            wall[many] = time.perf_counter() - begun
-            inside = sum(record.times[0] for record in done.records)
-        print(
-            f"          {many} at once: {wall[many]:.1f} s wall, {_cpu() - before:.1f} s CPU, of fields {inside:.1f} s"
-        )
-    print(f"          ratio of wall {wall[1] / wall[2]:.2f}")
+def speed_up(fields: int, rounds: int, full: bool) -> None:
+    """One process and two, in turn, each with kernels that are compiled."""
+    made = sayres_survey if full else (lambda fields, regions: small_survey(fields, 4, 8.0, regions))
+    for regions in (4, 1):
+        case = made(fields, regions)
+        robots = case.inputs[0].n
+        print(f"speed-up: {fields} fields of {robots} robots, regions that share no targets: {regions}", flush=True)
+        ratios, same = [], []
+        for _ in range(rounds):
+            wall, cpu, files, seconds = {}, {}, {}, []
+            for many in (1, 2):
+                with tempfile.TemporaryDirectory() as folder:
+                    used, busy, begun = _cpu(), _busy(), time.perf_counter()
+                    done = fp.survey.run(*case.inputs, folder, at_once=many, **case.settings)
+                    wall[many] = time.perf_counter() - begun
+                    cpu[many], busy = _cpu() - used, _busy() - busy
+                    files[many] = contents(Path(folder))
+                seconds = [record.times[0] for record in done.records]
+                print(
+                    f"          {many} at once: {wall[many]:6.1f} s wall, {cpu[many]:6.1f} s CPU, of which fields "
+                    f"{sum(seconds):.1f}; other work kept {max(0.0, busy - cpu[many]) / wall[many]:.2f} of "
+                    f"{os.cpu_count()} cores busy",
+                    flush=True,
+                )
+            ratios.append(round(wall[1] / wall[2], 2))
+            same.append(files[1] == files[2])
+        each = (cpu[2] - sum(seconds)) / fields  # CPU of starts, ledger and driver, as if it were the fields'
+        free = cpu[1] / _scheduled(case, [one + each for one in seconds], 2)
+        print(f"          ratio of wall {ratios}; of CPU seconds, in the order in which fields wait, {free:.2f}")
+        print(f"          {'same bytes' if all(same) else 'FILES DIFFER'}, recorded times aside", flush=True)
+
+
+def _scheduled(case: Case, seconds: list[float], workers: int) -> float:
+    """When so many workers are done if each field takes so long, and waits for those that it has to wait for [s]."""
+    targets, fields = SurveyTargets.of(case.inputs[1]), Fields.of(case.inputs[2])
+    lying, repeated = targets.lying_in(fields, case.settings["telescope"]), targets.repeated(case.settings["required"])
+    order = Precedence(fields.chain, len(targets))
+    for k in range(len(fields)):
+        there = targets.target[lying.of(k)[0]]
+        order.add(there[~repeated[there]])
+    now, running = 0.0, []
+    while True:
+        while len(running) < workers and (k := order.next()) is not None:
+            heapq.heappush(running, (now + seconds[k], k))
+        if not running:
+            return now
+        now, k = heapq.heappop(running)
+        order.done(k)
+
+
+def _busy() -> float:
+    """CPU seconds that all processes of this machine have had."""
+    user, nice, system = (int(each) for each in Path("/proc/stat").read_text().split()[1:4])
+    return (user + nice + system) / os.sysconf("SC_CLK_TCK")
 
 
 def _cpu() -> float:
@@ -149,22 +203,29 @@ def _lines(folder: Path) -> int:
     return ledger.read_bytes().count(b"\n") if ledger.exists() else 0
 
 
-def many(fields: int) -> None:
+def many(fields: int, kept: Path | None) -> None:
+    """So many small fields; in a folder that is kept it goes on where an earlier run was ended."""
     case = small_survey(fields)
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() if kept is None else nullcontext(kept) as folder:
         before, begun = _cpu(), time.perf_counter()
-        done = fp.survey.run(*case.inputs, folder, at_once=1, **case.settings)
+        done = fp.survey.run(*case.inputs, folder, at_once=1, report=_said, **case.settings)
         cpu, wall = _cpu() - before, time.perf_counter() - begun
         size = sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
         ledger = (Path(folder) / "ledger.jsonl").stat().st_size
-        begun = time.perf_counter()
+        before = _cpu()
         fp.survey.run(*case.inputs, folder, at_once=1, **case.settings)
-        again = time.perf_counter() - begun
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        again = _cpu() - before
+    inside, memory = sum(record.times[0] for record in done.records), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    each = inside / fields
     print(f"many: {done}")
-    print(f"      {fields} fields of 7 robots: {cpu:.0f} s CPU, {wall:.0f} s wall, {cpu / fields:.3f} s CPU a field")
-    print(f"      {size / fields / 1e3:.1f} kB a field, of which ledger {ledger / fields / 1e3:.2f}; {memory:.0f} MiB")
-    print(f"      started again when done: {again:.1f} s")
+    print(f"      {fields} fields of 7 robots: {cpu:.0f} s CPU, {wall:.0f} s wall; a field alone {each:.3f} s CPU")
+    print(f"      {size / fields / 1e3:.1f} kB a field, ledger {ledger / fields / 1e3:.2f} kB; {memory / 1024:.0f} MiB")
+    print(f"      started again when done: {again:.1f} s CPU")
+
+
+def _said(how_far: str) -> None:
+    if how_far.split()[0].endswith("00"):
+        print(f"      {how_far}", flush=True)
 
 
 def pfs(fields: int) -> None:
@@ -203,16 +264,19 @@ def main() -> None:
     parser.add_argument("--fields", type=int, default=200, help="of the kills")
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--many", type=int, default=1000)
-    parser.add_argument("--full", action="store_true", help="overhead of the SDSS-V array, too")
+    parser.add_argument("--folder", type=Path, help="of the many, which is kept, so that a run that was ended goes on")
+    parser.add_argument("--full", action="store_true", help="overhead of the SDSS-V array, too; speed-up of 547 robots")
+    parser.add_argument("--speed-up-fields", type=int, default=40, help="fields of the speed-up")
+    parser.add_argument("--rounds", type=int, default=1, help="of the speed-up")
     options = parser.parse_args()
     if "overhead" in options.only:
         overhead(options.full)
     if "speed-up" in options.only:
-        speed_up(24)
+        speed_up(options.speed_up_fields, options.rounds, options.full)
     if "kills" in options.only:
         kills(options.fields, options.kills)
     if "many" in options.only:
-        many(options.many)
+        many(options.many, options.folder)
     if "pfs" in options.only:
         pfs(3)
 

@@ -43,8 +43,13 @@ def lacks(function: Any) -> Iterator[str]:
         yield "arguments"
 
 
+def lacking() -> dict[str, list[str]]:
+    """What is missing, by name; empty where nothing is."""
+    return {name: list(lacks(function)) for name, function in functions()}
+
+
 if __name__ == "__main__":
-    found = {name: list(lacks(function)) for name, function in functions()}
+    found = lacking()
     for name, missing in found.items():
         if missing:
             print(f"{name}: {', '.join(missing)}")

@@ -8,6 +8,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments import names
 from fiberplan.io.states import read_state
 from fiberplan.problem import Problem, Targets
+from fiberplan.scenes import clustered_sky, clustered_targets, uniform_field
 
 pytestmark = pytest.mark.small
 
@@ -130,8 +131,8 @@ def test_truncated_table(tmp_path):
 def test_positioners_that_do_not_fit(tmp_path, small_plane):
     path = tmp_path / "field.csv"
     path.write_text("x,y\n1,2\n")
-    assert "assignment is not done here" in complaint(TargetError, lambda: Targets.read(path).solve(small_plane))
-    assert "assignment is not done here" in complaint(
+    assert "or let `fiberplan allocate` say it" in complaint(TargetError, lambda: Targets.read(path).solve(small_plane))
+    assert "or let `fiberplan allocate` say it" in complaint(
         TargetError, lambda: Targets.read(path).configuration(small_plane)
     )
     path.write_text(HEAD + GOOD + "R+1C3,1,2\n")
@@ -186,3 +187,13 @@ def test_bad_start_columns(tmp_path, small_plane):
     text = complaint(ProblemError, lambda: read_state(path, small_plane))
     assert text == f"{path}: column 'alpha': unit 'mm' is not an angle"
     assert "no such file" in complaint(ProblemError, lambda: read_state(tmp_path / "none.csv", small_plane))
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, True, None])
+def test_seeds_of_made_up_fields(seed, small_plane):
+    for make in (
+        lambda: clustered_targets(small_plane, seed),
+        lambda: uniform_field(small_plane, seed),
+        lambda: clustered_sky(2, 0.01, 5.0, seed),
+    ):
+        assert complaint(ProblemError, make) == f"seed must be a whole number of 0 or more, got {seed!r}"

@@ -126,8 +126,10 @@ def test_instruments(capsys, folder):
     assert {"name", "positioners", "about"} == set(said[0])
     assert "sdss" in {row["name"] for row in said}
     said = told(capsys, "instruments", "plane.fits")
-    assert set(said) == {"name", "positioners", "online", "bodies", "facts", "ids", "notes", "assumptions", "cautions"}
+    listed = {"name", "positioners", "online", "bodies", "facts", "ids", "base", "notes", "assumptions", "cautions"}
+    assert set(said) == listed
     assert (said["positioners"], said["online"], len(said["ids"])) == (7, 7, 7)
+    assert said["base"][said["ids"].index("R0C2")] == [0.0, 0.0]
     assert said["facts"]["alpha range"].endswith(" deg")
 
 

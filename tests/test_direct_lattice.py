@@ -219,10 +219,28 @@ def alone(arms, near, lattice, i, j, limit, scratch, most):
 
 @kernel
 def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
-    clear = scratch.clear[0]
-    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear)
+    clear, more = scratch.clear[0], steps + 2  # nodes that clear each other in more steps serve as well
+    find_clear_nodes(arms, lattice, i, j, apart, scratch, more, clear, False)
     joint_words(lattice, i, j, steps, scratch.begins)
-    return move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scratch, steps, state)
+    return move_jointly(arms, near, lattice, i, j, clear, more, limits, respect, variety, scratch, steps, state)
+
+
+@kernel
+def clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again):
+    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again)
+
+
+def test_nodes_that_clear_by_less_are_where_those_that_clear_by_more_are_looked_for():
+    problem = exchange()
+    plane, steps = problem.plane, 12
+    lattice = lattice_of(plane, problem.start, problem.goal, 10 * DEG, 3)
+    scratch = make_scratch(lattice)
+    scratch.clear[:] = 0
+    for table, (apart, again) in enumerate([(0.5, False), (0.1, False)]):
+        clear_nodes(plane.arms, lattice, 0, 1, apart, scratch, steps, scratch.clear[table], again)
+    assert np.any(scratch.clear[0] != scratch.clear[1])
+    clear_nodes(plane.arms, lattice, 0, 1, 0.5, scratch, steps, scratch.clear[1], True)
+    np.testing.assert_array_equal(scratch.clear[1], scratch.clear[0])
 
 
 @pytest.mark.parametrize("turn", [36.0, 30.0])

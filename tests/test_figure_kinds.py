@@ -169,6 +169,10 @@ def test_the_command_takes_moments_and_positioners(plan_file, tmp_path, capsys):
     assert row.read_bytes().startswith(MAGIC["svg"])
 
 
+def test_snapshots_have_one_scale(plan):
+    assert len({(ax.get_xlim(), ax.get_ylim()) for ax in snapshots(plan)}) == 1
+
+
 def test_axes_that_do_not_fit_are_refused(plan):
     (ax,) = blank()[1]
     with pytest.raises(PlanError, match="3 moments need as many axes, got 1"):

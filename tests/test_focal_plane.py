@@ -112,6 +112,9 @@ def test_duplicate_ids_shapes_and_emptiness_are_refused():
     plane = make_plane([[0, 0], [20, 0], [40, 0]], [ARM])
     with pytest.raises(InstrumentError, match=r"'x' appears twice \(rows 0 and 2\)"):
         plane.replace(ids=("x", "y", "x"))
+    for changed in ({"ids": ("x", "y ", "z")}, {"aliases": ("", "\ty", "")}):
+        with pytest.raises(InstrumentError, match=r"'\t?y ?' begins or ends with a blank"):
+            plane.replace(**changed)
     with pytest.raises(InstrumentError, match=r"base must have shape \(3, 2\), got \(2, 2\)"):
         plane.replace(base=np.zeros((2, 2)))
     with pytest.raises(InstrumentError, match="online must have shape"):

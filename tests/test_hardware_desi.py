@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.errors import PlanError, TrajectoryError, UnprovenError
+from fiberplan.errors import PlanError, ProblemError, TrajectoryError, UnprovenError
 from fiberplan.hardware import desi
 from fiberplan.hardware.desi.decode import Tables, axis_turn, read_tables
 from fiberplan.hardware.desi.encode import Move, moves_of, rows_of, turned, turned_linear
@@ -227,10 +227,10 @@ def test_pieces_slower_than_cruise_become_several_rows():
     """60 and 30 deg in a second: the time has room for rows in which both axes cruise."""
     moves, _ = moves_of(np.array([0.5, 1.5]), np.array([[0.0, 0.0], [60.0, 30.0]]), False)
     assert moves[0] == Move((0.0, 0.0), 500)
-    assert len(moves) == 1 + 6  # of 5 deg of phi each
-    assert all(move.turn == pytest.approx((10.0, 5.0)) for move in moves[1:])
+    assert len(moves) == 1 + 4
+    assert all(move.turn == pytest.approx((15.0, 7.5)) for move in moves[1:])
     rows = rows_of(moves, tail=False)
-    assert sum(row.time + row.pause / 1000 for row in rows[:-1]) == pytest.approx(1.5 - 1 / 6, abs=0.001)
+    assert sum(row.time + row.pause / 1000 for row in rows[:-1]) == pytest.approx(1.5 - 1 / 4, abs=0.001)
 
 
 SPEED = np.radians(59_400 / (46 / 14 + 1) ** 4)
@@ -272,8 +272,9 @@ def test_what_is_written_is_executed_to_the_goal(tmp_path, seven):
     assert desi.accepts(tmp_path / "t.csv", (tmp_path / "t.csv").read_bytes())
 
 
-def test_the_tail_is_swept(tmp_path, seven):
-    """Two that are clear along the plan, and touch three degrees before their goals in the tail."""
+@pytest.fixture(scope="module")
+def beside(seven):
+    """How far phi of R0C2 may unfold towards R0C3, who stands at (180, 150) deg, with 0.02 mm to spare."""
     plane = fast(seven)
     i, j = plane.index["R0C2"], plane.index["R0C3"]
     phi = np.linspace(10.0, 120.0, 4001)
@@ -284,12 +285,58 @@ def test_the_tail_is_swept(tmp_path, seven):
         gaps.append(plane.clearance(angles).min())
     first = phi[np.flatnonzero(np.array(gaps) > 0.02)[0]]  # smaller phi touches
     assert 11 < first < 119
-    knots = {"R0C2": [(0, 0, 180), (1, 0, float(first))], "R0C3": [(0, 180, 180), (1, 180, 150)]}
-    plan = by_hand(plane, knots)
+    return float(first)
+
+
+BELOW, WALL = (-40.0, 114.0), (150.0, 20.0)
+"""Of R0C2 and R0C3 [deg], 0.025 mm apart; where R0C2 turns back by 3 deg, phi alone or theta, too, it touches."""
+
+
+def test_the_tail_is_swept(tmp_path, seven):
+    """Clear along the plan, and touching three degrees before the goal in the tail, whichever way it comes."""
+    plan = by_hand(fast(seven), {"R0C2": [(0, -40, 180), (1, *BELOW)], "R0C3": [(0, *WALL)]})
     assert plan.certificate.ok
-    with pytest.raises(UnprovenError, match=r"t\.csv: not written: .* R0C2 and R0C3 at 1\.1"):
+    with pytest.raises(UnprovenError, match=r"t\.csv: not written: .* R0C2 and R0C3 at"):
         desi.write(plan, tmp_path / "t.csv")
+    assert not list(tmp_path.iterdir())
     assert desi.write(plan, tmp_path / "t.csv", tail=False, allowance=0.0).certificate.ok
+
+
+def test_who_would_meet_goes_another_way(tmp_path, seven, beside):
+    """If R0C3 moves, too, it can come when the tail of R0C2 is over."""
+    plan = by_hand(fast(seven), {"R0C2": [(0, 0, 180), (1, 0, beside)], "R0C3": [(0, 180, 180), (1, 180, 150)]})
+    assert plan.certificate.ok
+    done = desi.write(plan, tmp_path / "t.csv")
+    assert done.certificate.ok
+    assert done.facts["other ways than planned"] >= 1
+    np.testing.assert_allclose(
+        plan.problem.plane.fibers(done.executed.trajectory.end),
+        plan.problem.plane.fibers(plan.trajectory.end),
+        atol=1e-3,
+    )
+
+
+def test_goals_whose_tails_have_no_room_are_given_up(seven):
+    """Phi less than 3 deg above its range, or beside one that rests; another configuration is taken if there is one."""
+    plane = fast(seven)
+    i, j = plane.index["R0C2"], plane.index["R0C3"]
+    start, goal = plane.folded.copy(), np.full((plane.n, 2), np.nan)
+    start[j], goal[i] = np.radians(WALL), np.radians(BELOW)
+    goal[0] = np.radians([180.0, 2.0])
+    problem = fp.Problem(plane, start, goal, conflicts="drop")
+    made = desi.with_goals(problem)
+    assert sorted(made.dropped) == [0, i]
+    assert made.dropped[0].cause == "positioner 'R-1C1': the tail of its move has no room in its ranges"
+    assert made.dropped[i].cause == "positioner 'R0C2': the tail of its move has no room beside R0C3"
+    assert made.dropped[i].blockers == (j,)
+    assert desi.with_goals(problem, tail=False) is problem
+    with pytest.raises(ProblemError, match="goal: positioner 'R-1C1': the tail of its move has no room"):
+        desi.with_goals(fp.Problem(plane, start, goal))
+    other = np.full((plane.n, 1, 2), np.nan)
+    other[0, 0] = np.radians([180.0, 170.0])
+    kept = desi.with_goals(fp.Problem(plane, start, goal, conflicts="drop", alternatives=other))
+    assert sorted(kept.dropped) == [i]
+    np.testing.assert_array_equal(kept.goal[0], other[0, 0])
 
 
 def test_who_has_no_device_id_is_named(tmp_path, seven):

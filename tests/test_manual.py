@@ -93,6 +93,12 @@ def test_every_public_name_has_an_example_that_is_run():
 
 
 @pytest.mark.small
+def test_docstrings_of_public_names_say_shapes_units_and_errors():
+    found = runpy.run_path(str(DOCS / "docstrings.py"))["lacking"]()
+    assert len(found) > 100
+    assert {name: missing for name, missing in found.items() if missing} == {}
+
+
 def test_drawings_and_pages_of_the_reference_are_there():
     assert {f"fiberplan.{name}" for name in fp.__all__ if isinstance(getattr(fp, name), type)} <= set(
         re.findall(r"auto\w+:: ([\w.]+)", "\n".join(page.read_text() for page in PAGES))

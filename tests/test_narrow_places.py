@@ -7,10 +7,13 @@ import fiberplan as fp
 from fiberplan import Obstacle, Outcome
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.planners.direct import narrow
+from fiberplan.planners.direct.improving import shorten
 from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined, step_length
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
 from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.planners.shared import threads
+from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 from problems import field_to_field
@@ -149,7 +152,7 @@ def test_a_solution_is_made_as_short_as_it_can_be():
     search.place(np.arange(problem.n))
     assert search.run(10_000, lambda: True)
     assert search.steps == 2 * least
-    search.shorten(lambda: True)
+    shorten(search, lambda: True)
     assert search.steps < 1.2 * least
     assert search.touching == 0
 
@@ -167,9 +170,9 @@ def test_a_solution_is_kept_when_making_it_shorter_is_interrupted(monkeypatch):
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(search, "_cut_is_repaired", interrupted)
+    monkeypatch.setattr(search, "attempt", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        search.shorten(lambda: True)
+        shorten(search, lambda: True)
     assert search.steps == before
     np.testing.assert_array_equal(search.lattice.path, path)
     assert search.touching == 0
@@ -227,3 +230,50 @@ def test_a_goal_that_is_not_taken_leaves_the_bound_as_it_was(monkeypatch):
     assert narrow.goes_elsewhere(search, 0) == -1
     assert search.least_steps == before
     np.testing.assert_array_equal(search.goal, problem.goal)
+
+
+def test_off_its_way_a_positioner_has_a_lattice_as_if_it_had_never_been_on_one():
+    problem = field_to_field(1.0, rings=1)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 1.0), problem.goal, 6 * DEG, None, 0)
+    fresh = DirectSearch(problem, Neighbourhood.of(problem.plane, 1.0), problem.goal, 6 * DEG, None, 0)
+    fresh.change_fineness(np.array([0]), np.array([FINEST]))
+    parts = np.linspace(0.0, 1.0, 2 * search.steps)[:, None]
+    search.put_on(0, problem.start[0] + parts * (problem.goal[0] - problem.start[0]))
+    assert search.take_off_ways(np.array([0]))
+    for name in ("alpha", "beta", "way", "size", "pace", "first", "last"):
+        mine, theirs = getattr(search.lattice, name)[0], getattr(fresh.lattice, name)[0]
+        used = np.s_[: theirs.size - np.isnan(theirs).sum()] if theirs.ndim else ()
+        np.testing.assert_array_equal(mine[used], theirs[used])
+    for paths in (search, fresh):
+        paths.place(np.array([0]), alone=True)
+    np.testing.assert_array_equal(search.lattice.path[0, 0], problem.start[0])
+    np.testing.assert_array_equal(search.lattice.path[0], fresh.lattice.path[0])
+
+
+def test_another_configuration_is_taken_once_where_a_pair_gets_stuck():
+    start, goal = np.radians([[90.0, 120.0], [90.0, 120.0]]), np.radians([[120.0, 120.0], [60.0, 120.0]])
+    others = np.full((2, 1, 2), np.nan)
+    others[1, 0] = np.radians([20.0, 150.0])
+    problem = fp.Problem(row(2), start, goal, alternatives=others)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 0.0), problem.goal, 6 * DEG, None, 0)
+    search.begin()
+    pair = np.array([0, 1])
+    assert narrow.makes_room(search, pair)
+    np.testing.assert_array_equal(search.goal, [goal[0], others[1, 0]])
+    assert search.run(1000, lambda: True)
+    np.testing.assert_array_equal(search.lattice.path[:2, -1], search.goal)
+    assert not narrow.makes_room(search, pair)
+
+
+def test_placed_alone_by_any_number_of_threads(monkeypatch):
+    problem = field_to_field(1.0, rings=3)
+    found = []
+    for cores in (1, 2, 5):
+        monkeypatch.setattr(threads, "_LEAST", 5)
+        monkeypatch.setattr(threads, "cores", lambda cores=cores: cores)
+        search = DirectSearch(problem, Neighbourhood.of(problem.plane, 1.0), problem.goal, 6 * DEG, None, 0)
+        search.begin()
+        found.append(search.lattice.path)
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0])
+    assert np.any(found[0][:, 0] != found[0][:, -1])

@@ -98,7 +98,6 @@ def test_a_certificate_shows_its_verdict_and_what_was_found():
 
 
 def test_the_page_as_a_widget(plan):
-    pytest.importorskip("anywidget")
     shown = fp.visuals.widget(plan, height=500)
     assert shown.page == render([plan]).decode()
     assert (shown.height, shown.title) == (500, f"small array: {plan}")

@@ -422,6 +422,22 @@ def test_colours_by_clearance_progress_and_priority(open_page):
     assert page.locator("#legend [data-class='5']").inner_text().split() == ["there", "15"]
 
 
+@pytest.mark.parametrize("bodies", [None, MIXED], ids=["capsules", "every kind of body"])
+def test_colours_by_clearance_now_agree_with_the_library(open_page, bodies):
+    plan = small_plan(touching=True) if bodies is None else mixed_plan()
+    plane, page = plan.problem.plane, open_page(plan)
+    pairs = plane.arm_pairs_within(plane.pair_margin)
+    edges = plan.problem.margin + np.array([0, 0.1, 0.3, 0.6, 1, 2])
+    page.select_option("#colour", "now")
+    for t in (0.0, 4.0, 4.5, 9.5, 9.0, plan.makespan):  # a little on, far, and back
+        set_time(page, t)
+        gaps = plane.clearance(plan.trajectory.at(t), pairs)
+        nearest = [gaps[(pairs == i).any(axis=1)].min() for i in range(plane.n)]
+        expected = np.bincount(np.searchsorted(edges, nearest, side="right"), minlength=7)
+        found = [int(row.rsplit("\n", 1)[1]) for row in page.locator("#legend [data-class]").all_inner_texts()]
+        assert found == expected.tolist(), t
+
+
 def test_what_lies_over_what_is_explained(open_page):
     words = open_page(mixed_plan()).locator("#shapes").inner_text()
     assert "post keeps the margin from arm, holder, hub; may lie over or under post, cable" in words

@@ -1,12 +1,12 @@
-"""Losses said to be proven are replayed from the file: closed regions hold, and every way out of them is noticed."""
+"""Losses said to be proven are replayed from the file: barriers hold, and every way through them is noticed."""
 
 import numpy as np
 import pytest
 
 import fiberplan as fp
-from fiberplan.certificates.replay import Claims
+from fiberplan.certificates.replay import BadFileError, Claims
 from fiberplan.certificates.replay_infeasible import has_proof, unfounded
-from fiberplan.certificates.unreachable import closed_region
+from fiberplan.certificates.whole_replay import replay
 from fiberplan.io.plan_file import plan_bytes
 from test_unreachable import walled
 
@@ -21,64 +21,72 @@ def pocket():
     return Claims(plan_bytes(plan))
 
 
-def changed(claims, change):
-    """What is found of the claims whose region has been changed."""
-    table = claims.tables["CERTIFICATE_REGIONS"].copy()
+def tree_of(claims):
+    return b"".join(claims.tables["CERTIFICATE_TREES"]["boxes"].tolist()).decode()
+
+
+def changed(claims, tree=None, members=None):
+    """What is found of claims whose boxes, or whose statement of what they are, have been changed."""
     before = claims.tables
-    claims.tables = before | {"CERTIFICATE_REGIONS": change(table)}
+    text = (tree_of(claims) if tree is None else tree).encode()
+    stated = np.array([(0, text)], [("barrier", "i8"), ("boxes", f"S{len(text) + 1}")])
+    table = before["CERTIFICATE_BARRIERS"].copy()
+    claims.tables = before | {"CERTIFICATE_TREES": stated, "CERTIFICATE_BARRIERS": (members or (lambda t: t))(table)}
     try:
         return list(unfounded(claims, "it", 0)) if has_proof(claims, 0) else ["none"]
     finally:
         claims.tables = before
 
 
-def test_a_closed_region_is_shown_to_be(pocket):
+def test_a_barrier_is_shown_to_be_closed_and_so_is_the_whole_file(pocket):
     assert has_proof(pocket, 0)
     assert list(unfounded(pocket, "it", 0)) == []
+    done = replay(pocket, jobs=1)
+    assert done.faults == ()
+    assert not any("without a proof" in note for note in done.notes)
 
 
-def test_a_box_less_is_a_way_out_and_no_box_is_no_proof(pocket):
-    """Of the widest boxes, in which the arm is clear; of narrow ones at the edge not every one is needed."""
-    table = pocket.tables["CERTIFICATE_REGIONS"]
-    wide = table["high_alpha"] - table["low_alpha"]
-    for k in np.flatnonzero(wide > 0.9 * wide.max())[::25]:
-        faults = changed(pocket, lambda table, k=k: np.delete(table, k))
-        assert "not shown to be closed" in faults[0] or "start is not in" in faults[0]
-    assert changed(pocket, lambda table: table[:0]) == ["none"]
+def test_of_every_box_something_is_noticed(pocket):
+    """What may be come to is needed, or where it is not, all is closed without it; nothing blocked may be left out."""
+    tree = tree_of(pocket)
+    assert {"i", "b", "o"} <= set(tree)
+    for k, mark in enumerate(tree):
+        if mark == "b":
+            assert "way out" in changed(pocket, tree[:k] + "o" + tree[k + 1 :])[0]
+        if mark in "bo":
+            faults = changed(pocket, tree[:k] + "i" + tree[k + 1 :])
+            assert mark == "b" or "way out" in faults[0] or "goals may be" in faults[0]
+        if mark == "i":
+            faults = changed(pocket, tree[:k] + "o" + tree[k + 1 :])
+            assert "way out" in faults[0] or "start is outside" in faults[0]
+            faults = changed(pocket, tree[:k] + "b" + tree[k + 1 :])
+            assert "nobody touches" in faults[0] or "start is outside" in faults[0]
 
 
-def test_boxes_that_are_shifted_turned_over_or_everything_prove_nothing(pocket):
-    def shifted(table):
-        table["high_alpha"] += 1e-3
+def test_boxes_that_are_none_and_goals_that_are_others_prove_nothing(pocket):
+    tree = tree_of(pocket)
+    for wrong in (tree + "i", tree[:-1], "0" * 70 + "i" * 71, tree.replace("0", "2"), tree.replace("i", "x")):
+        assert "no such boxes" in changed(pocket, wrong)[0]
+    assert "goals may be" in changed(pocket, "i")[0]
+    assert "start is outside" in changed(pocket, "o")[0]
+
+    def elsewhere(table):
+        table["goal_alpha"] += 0.01
         return table
 
-    def turned_over(table):
-        table["low_beta"], table["high_beta"] = table["high_beta"].copy(), table["low_beta"].copy()
+    def nobody(table):
+        table["positioner"] = 7
         return table
 
-    def everything(table):
-        table = table[:1]
-        for name, value in (("low_alpha", -9.0), ("high_alpha", 9.0), ("low_beta", -9.0), ("high_beta", 9.0)):
-            table[name] = value
+    def none_turns(table):
+        table["turns"] = b"F"
         return table
 
-    def not_numbers(table):
-        table["high_alpha"][0] = np.nan
-        return table
-
-    assert any("not shown to be closed" in fault for fault in changed(pocket, shifted))
-    assert any("not shown" in fault for fault in changed(pocket, turned_over))
-    assert changed(pocket, everything) == ["it is said to be unable to reach its goal, and is not shown to be"]
-    assert any("not shown to be" in fault for fault in changed(pocket, not_numbers))
-
-
-def test_regions_hold_the_start_and_never_the_goal():
-    plane, start, goal = walled(-0.2), np.radians([[45.0, 0.0]]), np.radians([-225.0, 0.0])
-    region = closed_region(plane, 0, start, goal, 0.0)
-    low, high = region[:, :, 0], region[:, :, 1]
-    assert ((low <= start[0]) & (start[0] <= high)).all(axis=1).any()
-    assert not ((low <= goal) & (goal <= high)).all(axis=1).any()
-    assert closed_region(walled(0.2), 0, start, goal, 0.0) is None
+    assert changed(pocket, members=elsewhere) == ["it is said to be unable to reach its goal, and is not shown to be"]
+    assert "no such boxes" in changed(pocket, members=none_turns)[0]
+    assert changed(pocket, members=lambda table: table[:0]) == ["none"]
+    with pytest.raises(BadFileError, match="no such positioners"):
+        changed(pocket, members=nobody)
 
 
 def test_speeds_prove_what_is_too_far_for_the_time():

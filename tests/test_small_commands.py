@@ -259,3 +259,13 @@ def test_interrupts_and_bugs(monkeypatch, capsys):
         assert words in capsys.readouterr().err
     assert run([]) == 0
     assert "Usage: fiberplan" in capsys.readouterr().out
+
+
+def test_a_terminal_obeys_no_name(folder, capsys):
+    """Control characters of ids and cells are shown, not sent, in tables, lines and errors."""
+    fp.FocalPlane.load("two.fits").replace(ids=("P\x1b[31m", "P1\x07"), notes=("by\x1b]0;me",)).write("odd.fits")
+    Path("odd.csv").write_text("positioner,alpha,beta\nP\x1b[1m,1,2\n")
+    for code, *words in ((0, "instruments", "odd.fits"), (2, "plan", "odd.fits", "odd.csv")):
+        said = told(capsys, code, *words)
+        assert "P\\x1b[" in said
+        assert not set("\x1b\x07") & set(said)

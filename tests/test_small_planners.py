@@ -47,7 +47,7 @@ def beside():
 @pytest.fixture
 def impatient(monkeypatch):
     """More steps, joint paths and losses come after a few replans; joint searches are short."""
-    for name, few in (("_CHUNK", 5), ("_PATIENCE", 5), ("_SECOND_WIND", 5)):
+    for name, few in (("_CHUNK", 5), ("PATIENCE", 5), ("_SECOND_WIND", 5)):
         monkeypatch.setattr(search, name, few)
     monkeypatch.setattr(direct_planner, "_HUB_STEP", np.radians(15.0))
     monkeypatch.setattr(direct_planner, "_LEAST_WORK", 20)

@@ -10,6 +10,7 @@ import pytest
 import fiberplan as fp
 from fiberplan.cli.app import run
 from fiberplan.errors import ProblemError, TargetError
+from fiberplan.plan import Bound
 from fiberplan.scenes.decisive import row
 from fiberplan.survey import Catalogue, Why, allocate, conflicts
 from problems import behind_posts, hexagon
@@ -33,6 +34,23 @@ class NotTogether:
         if there.all():
             outcomes[0], blockers = fp.Outcome.DEADLOCKED, {0: (-1, 1)}
         return fp.Plan(problem, motion, tuple(outcomes), "direct", blockers=blockers)
+
+
+@dataclass(frozen=True)
+class SlowTogether:
+    """Two go straight to their goals, twice as long where the one goes to `first` and the other to `second`."""
+
+    first: np.ndarray
+    second: np.ndarray
+    name = "slow-together"
+    reference = "made up"
+
+    def plan(self, problem):
+        slow = (problem.goal == np.stack([self.first, self.second])).all()
+        goal = np.where(np.isnan(problem.goal), problem.start, problem.goal)
+        motion = fp.Trajectory.from_samples([0.0, 60.0 if slow else 30.0], [problem.start, goal])
+        outcomes = tuple(fp.Outcome.ARRIVED if has else fp.Outcome.NO_TARGET for has in problem.has_goal)
+        return fp.Plan(problem, motion, outcomes, "direct", bounds=(Bound("pair", 60.0, (0, 1)),) if slow else ())
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +141,17 @@ def test_two_that_are_lost_together_are_each_taken_with_another():
     assert (found.rounds, found.price) == (2, 1.0)
     assert found.reasons[0].why is Why.MOTION
     assert found.reasons[0].text.startswith("P0 did not arrive together with P0 on row 2 (priority 4), P1 on row 3")
+
+
+def test_two_that_set_the_time_are_parted_where_that_costs_nothing():
+    plane = row(2, 60.0)
+    for priority, makespan, rounds in (([5.0, 5.0, 5.0], 30.0, 2), ([5.0, 4.0, 5.0], 60.0, 1)):
+        catalogue = Catalogue([9.0, 8.0, 69.0], [12.0, 13.0, 12.0], priority=priority)
+        still = allocate(plane, catalogue, motion=False)
+        found = allocate(plane, catalogue, planner=SlowTogether(*still.table.options.angles[still.chosen]))
+        assert (found.plan.makespan, found.rounds, found.price) == (makespan, rounds, 0.0)
+        assert (set(found.rows) == set(still.rows)) == (rounds == 1)
+        assert found.value == still.value
 
 
 def test_two_that_want_one_place_are_told_who_has_it():

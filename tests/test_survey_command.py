@@ -39,7 +39,18 @@ def test_survey_of_places_that_are_known(files, capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["observations"], told["fields"]) == (2, 2)
     assert told["completeness"][0]["complete"] == 2
+    assert run(["survey", "seven.toml", "all.csv", "fields.csv", "-o", "out"]) == 0
+    assert "note: each field waits for the one before" in capsys.readouterr().out
     assert not (files / "out" / "plans" / "000001.fits").exists()  # b has been observed, and nothing is left for 2
+
+
+def test_priority_one_is_first_where_that_is_said(files, capsys):
+    (files / "two.csv").write_text("id,field,x,y,priority\nlast,1,9,8,2\nfirst,1,8,9,1\n")
+    (files / "one.csv").write_text("id\n1\n")
+    for order, id_ in (("larger", "last"), ("smaller", "first")):
+        assert run(["survey", "seven.toml", "two.csv", "one.csv", "--priority-order", order, "-o", order]) == 0
+        assert f" {id_} 1 science" in (files / order / "targets" / "000000.ecsv").read_text()
+    capsys.readouterr()
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,8 @@ def touching_by_brute_force(plane, options, margin):
     for a in range(len(options)):
         for b in range(a):
             i, j = options.positioner[[a, b]]
-            if i == j:
-                continue
+            if i == j or options.target[a] == options.target[b]:
+                continue  # they exclude each other anyway
             pose = np.full((plane.n, 2), np.nan)
             pose[i], pose[j] = options.angles[a], options.angles[b]
             gaps = plane.clearance(pose)

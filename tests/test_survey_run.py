@@ -143,7 +143,10 @@ class Backwards(ThreadPoolExecutor):
         return future
 
     def _late(self):
-        time.sleep(0.2)
+        for _ in range(600):  # until two are handed over at a time, once
+            if self.most > 1:
+                break
+            time.sleep(0.05)
         while self.waiting:
             future, fn, args = self.waiting.pop()
             future.set_result(fn(*args))
@@ -315,6 +318,7 @@ def test_a_field_waits_for_its_chain_and_for_fields_that_share_targets():
     order.done(0)
     assert [order.next() for _ in range(3)] == [2, 3, None]
     assert order.before == [None, None, 0, None]
+    assert order.longest == 2
     assert [order.follows(k) for k in range(4)] == [True, False, False, False]
 
 

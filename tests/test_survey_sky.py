@@ -5,6 +5,7 @@ import pytest
 from astropy import units as u
 from astropy.coordinates import SkyCoord
 from astropy.table import Table
+from astropy.time import Time
 
 from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.scenes import clustered_sky
@@ -48,12 +49,15 @@ def test_scales_are_those_of_their_sources():
     )
 
 
+@pytest.mark.filterwarnings("ignore:ERFA")
 def test_proper_motion_is_that_of_astropy():
     fast = SkyPositions([1.0, 1.0], [1.2, 1.2], [0.0, 5e-5], [0.0, -4e-5], [2016.0, 2016.0])
     then = fast.at(2030.0)
     assert (then.ra[0], then.dec[0]) == (1.0, 1.2)
-    away = SkyCoord(1.0 * u.rad, 1.2 * u.rad).separation(SkyCoord(then.ra[1] * u.rad, then.dec[1] * u.rad))
-    assert away.rad == pytest.approx(14.0 * np.hypot(5e-5, 4e-5), rel=1e-4)
+    motion = {"pm_ra_cosdec": 5e-5 * u.rad / u.yr, "pm_dec": -4e-5 * u.rad / u.yr}
+    now = SkyCoord(1.0 * u.rad, 1.2 * u.rad, obstime=Time(2016.0, format="jyear"), **motion)
+    there = now.apply_space_motion(new_obstime=Time(2030.0, format="jyear"))
+    assert (then.ra[1], then.dec[1]) == pytest.approx((there.ra.rad, there.dec.rad), abs=1e-9)
     assert then.dec[1] < 1.2
 
 
@@ -79,6 +83,17 @@ def test_made_up_sky_is_the_same_for_the_same_seed():
     counts = [len(lying.of(k)[0]) for k in range(9)]
     assert 60 < np.mean(counts) < 140
     assert set(one[0]["category"]) == {"quasar", "galaxy", "star", "sky", "standard"}
+
+
+def test_nights_take_turns_at_regions_that_share_no_target():
+    catalogue, listed = clustered_sky(43, 0.02, 50.0, 1, regions=3)
+    fields = Fields.of(listed)
+    region = np.arange(43) // 10 % 3
+    lying = SurveyTargets.of(catalogue).lying_in(fields, TOY)
+    rows = [lying.of(k)[0] for k in range(43)]
+    inside = [np.unique(np.concatenate([rows[k] for k in np.flatnonzero(region == r)])) for r in range(3)]
+    assert len(np.unique(np.concatenate(inside))) == sum(map(len, inside)) > 43 * 15
+    assert len(np.intersect1d(rows[0], rows[1]))
 
 
 XY = {"id": ["a", "b", "a"], "field": ["1", "1", "2"], "x": [1.0, 2.0, 3.0], "y": [0.0, 0.0, 0.0]}

@@ -9,7 +9,7 @@ from astropy.table import Table
 
 from fiberplan.errors import TargetError
 from fiberplan.problem import Problem, Targets
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 pytestmark = pytest.mark.small
 

@@ -303,7 +303,7 @@ UNITS_OF_SETTINGS = {
     ("elliptic-navigation-function", "lambda3"): 3 * u.deg / u.s / u.mm**2,
     ("elliptic-navigation-function", "influence"): 0.3 * u.cm,
     ("elliptic-navigation-function", "near"): 500 * u.ms,
-    ("elliptic-navigation-function", "calm"): 500 * u.ms,
+    ("elliptic-navigation-function", "stall_time"): 500 * u.ms,
     ("elliptic-navigation-function", "dt"): 50 * u.ms,
     ("elliptic-navigation-function", "patience"): 0.1 * u.min,
     ("elliptic-navigation-function", "max_time"): 1 * u.min,

@@ -2,27 +2,43 @@
 
 import numpy as np
 
-from fiberplan.certificates.unreachable import _least_clearance, proven_unreachable
+from fiberplan.certificates.unreachable import proven_unreachable
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.kernels.arms import frame
+from fiberplan.kernels.box_bounds import box_bounds
+from fiberplan.kernels.depth import signed_clearance
 from references import four_bar_plane, make_plane, sampled_clearance
 
 CAPSULE = Body(np.array([[0.0, 0.0], [10.0, 0.0]]), 1.0)
 
 
-def test_clearance_of_many_poses_is_of_the_nearest():
+def test_bounds_over_boxes_hold_and_get_sharp():
+    """Arms with bodies on all links anywhere in boxes of all widths: within bounds that are no wild guesses."""
     rng = np.random.default_rng(0)
-    for _ in range(4):
-        posts = [Obstacle(f"post {k}", rng.uniform(-9, 9, (1, 2)), 1.0) for k in range(2)]
-        plane = make_plane(rng.uniform(-9, 9, (3, 2)), [CAPSULE], posts)
-        fixed, start = np.array([1, 3, 4]), plane.with_obstacles(rng.uniform(-3, 3, (3, 2)))
-        poses = rng.uniform(-3, 3, (60, 2))
-        found = _least_clearance(plane.arms, 0, fixed, start[fixed], poses)
-        gaps = np.min([sampled_clearance(plane, 0, j, poses, np.tile(start[j], (60, 1))) for j in fixed], axis=0)
-        apart = found > 0
-        assert 5 < apart.sum() < 60
-        np.testing.assert_allclose(found[apart], gaps[apart], atol=1e-9)
-        assert np.all(gaps[~apart] <= 1e-9)
-    assert _least_clearance(plane.arms, 0, fixed[:0], start[:0], poses).tolist() == [np.inf] * 60
+    outline = np.array([[2.0, -1.0], [9.0, -2.0], [8.0, 2.0]])
+    bodies = [CAPSULE, Body(outline, 0.3, closed=True), Body(np.array([[0.0, 0.0], [7.0, 1.0]]), 0.5, link="alpha")]
+    posts = [Obstacle("post", np.array([[3.0, 4.0]]), 1.0)]
+    sharp = 0
+    for trial in range(30):
+        plane = make_plane(rng.uniform(-12, 12, (2, 2)), bodies[trial % 3 : trial % 3 + 1], posts)
+        pair = (0, 1) if trial % 2 else (0, 2)
+        half = 10.0 ** rng.uniform(-4, 0) * rng.uniform(0, 1, (2, 2)) * (np.array(pair)[:, None] < 2)
+        middle = rng.uniform(-3, 3, (2, 2)) * (np.array(pair)[:, None] < 2)
+        frames = [frame(plane.arms, arm, *at) for arm, at in zip(pair, middle, strict=True)]
+        args = [x for k in (0, 1) for x in (pair[k], frames[k], *half[k])]
+        now, low, high, *ways = box_bounds(plane.arms, *args, 50.0, -50.0)
+        off = rng.uniform(-1, 1, (60, 2, 2))
+        off[:30] = np.sign(off[:30])
+        at = middle + off * half
+        seen = [signed_clearance(plane.arms, pair[0], *p[0], pair[1], *p[1]) for p in at]
+        assert low - 1e-9 <= min(seen)
+        assert max(seen) <= high + 1e-9
+        gaps = sampled_clearance(plane, *pair, at[:, 0], at[:, 1])
+        assert low - 1e-9 <= min(gaps)
+        assert low <= now <= high
+        assert (np.array(ways) <= 2 * np.array([40.0, 20.0, 40.0, 20.0]) * half.ravel() * (1 + half.sum())).all()
+        sharp += high - max(low, now - (high - now)) < 3 * (max(seen) - min(seen))
+    assert sharp > 8
 
 
 def walled(gap, **others):

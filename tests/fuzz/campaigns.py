@@ -15,7 +15,7 @@ from fiberplan.planners import PLANNERS, amend
 from fiberplan.scenes.uniform import uniform_field
 from fuzz.audits import audits
 from fuzz.mutations import mutations
-from fuzz.planted import planted
+from fuzz.planted import planted, spared
 from problems import hexagon
 from references import (
     clearance_over_time,
@@ -226,5 +226,5 @@ def interrupts(rng: np.random.Generator, folder: Path) -> None:
 
 
 CAMPAIGNS = {
-    f.__name__: f for f in (proofs, planted, mutations, outlines, plans, files, amendments, interrupts, audits)
+    f.__name__: f for f in (proofs, planted, spared, mutations, outlines, plans, files, amendments, interrupts, audits)
 }

@@ -4,6 +4,7 @@
 - `digits`: numbers in messages that can be told apart
 - `units`: astropy's quantities as plain numbers of one unit, masked values refused
 - `frozen`: mappings that cannot be changed, and objects that stay as they are when pickled or copied
+- `seeds`: which there are
 """
 
 from fiberplan.arrays.digits import told_apart

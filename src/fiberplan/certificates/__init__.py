@@ -17,8 +17,10 @@
 - `touching`: contacts of many motions, and nothing else of them
 - `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
 - `any_speed`: pairs that are clear wherever within their turns the joints are
-- `unreachable`: `proven_unreachable` and `proven_excluded`, by flooding boxes of joint space; `tiling`: those boxes,
-  and what they join; `replay_infeasible`: the replay of what these prove, from a plan file
+- `unreachable`: `decided`: a path or a proof that there is none, for up to three positioners; `proven_unreachable` and
+  `proven_excluded`; `subdivision`: boxes of their joint space; `box_search`: what to halve; `lost`: which such proof
+  shows that a goal had to be lost; `replay_infeasible`: the replay of these from a plan file, with `replay_boxes` and
+  `replay_contact`
 
 Names are imported when they are first used, so that a replay needs no kernel.
 """

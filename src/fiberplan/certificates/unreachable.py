@@ -1,46 +1,81 @@
-"""Proof that a positioner cannot get from start to goal past what never moves, whatever all others do.
+"""Proof that positioners cannot all get from where they start to their goals, whatever everybody else does.
 
-The joint ranges are tiled with boxes. A box is blocked if at its middle the arm is closer to something fixed than the
-margin by more than any body point can move within the box: then it is in contact everywhere in the box. Where it
-overlaps something its depth counts, so that also outlines without a radius are in contact, at any margin. A motion that
-stays clear passes only through boxes that are not blocked, each next to the one before; where those that can be come to
-from the start do not include the goal's, there is no such motion. Leaving everyone else out only makes room, so the
-proof stands for the whole field. That a proof is not found says nothing.
-
-Boxes that are neither blocked nor clear everywhere are halved in both joints, level by level, so that passages too
-narrow by a few micrometres are found closed. Of the undecided those alone are kept that could join what is apart: a
-cluster of them that touches a single region of clear boxes leads from it to nowhere else.
+The joint space of one, two or three of them is cut into boxes (`fiberplan.certificates.subdivision`), past what never
+moves and past each other. Where no chain of boxes that are not blocked leads from the start to the goal, there is no
+motion either: leaving everyone else out only makes room, so the proof stands for the whole field. Blocked is what is
+nearer than the margin less `BELOW`, all over a box. Overlapping outlines count by their depth, so that those without a
+radius are blocked, too, at any margin. That a proof is not found says nothing.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from fiberplan.arrays import number, read_only
-from fiberplan.certificates.tiling import Layer, Tiling
+from fiberplan.certificates.box_search import CLOSED, FAR, FULL, PATH, search
+from fiberplan.certificates.subdivision import BLOCKED, BOX, HALVED, Boxes, Query
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.arms import motion
-from fiberplan.kernels.compile import kernel
-from fiberplan.kernels.depth import signed_clearance
-from fiberplan.tolerances import ROUNDING
 
-_WIDEST = np.radians(6.0)  # of the boxes of the first level
-_LEVELS = 11  # the narrowest boxes are 0.006 deg wide: an arm of 22 mm moves by 2 um in half of one
-_MOST = 400_000  # boxes of one level
+BELOW = 2e-6  #: what is blocked is nearer than the margin by so much [mm]
+MOST = {1: 200_000, 2: 60_000, 3: 60_000}  #: boxes looked at for so many positioners, unless more are allowed
+_TURNS = 1e3  # joint ranges are no wider than this [rad]: boxes of many turns take too long
+_FIRST = 2_000  # boxes that there is room for at first
 
 
-@kernel
-def _least_clearance(arms, i, fixed, pose, at):
-    """(m,) clearance of arm i from the nearest of `fixed`, at each of some joint angles (m, 2); negative: its depth."""
-    least = np.full(len(at), np.inf)
-    for m in range(len(at)):
-        for k in range(len(fixed)):
-            clear = signed_clearance(arms, i, at[m, 0], at[m, 1], fixed[k], pose[k, 0], pose[k, 1])
-            if not clear >= least[m]:
-                least[m] = clear
-    return least
+class Barrier(NamedTuple):
+    """A proof that some positioners cannot all be at their goals: boxes around the start that have no way out."""
+
+    positioners: tuple[int, ...]  #: whose joints the boxes are of
+    goals: dict[int, tuple[float, float]]  #: positioners that cannot all be where they are asked to be, and where [rad]
+    #: The boxes from the whole joint space on: a digit is the joint in which a box is halved (alpha and beta of the
+    #: first, then of the second), and its lower and upper half follow; ``i`` is a box that may be come to from the
+    #: start, ``b`` one that is blocked, and ``o`` any other.
+    tree: str
+
+
+def decided(
+    plane: FocalPlane,
+    positioners: Sequence[int],
+    goals: Mapping[int, np.ndarray],
+    start: np.ndarray,
+    margin: float,
+    most: int | None = None,
+) -> tuple[np.ndarray | None, Barrier | None]:
+    """Whether positioners can move past what never moves, and each other, so that others can be at their goals, too.
+
+    Args:
+        plane: the array, of arms of two links.
+        positioners: one, two or three that move; all others but those that never move are left out.
+        goals: where some are to be at the end (2,) [rad]: of those that move, or others that are there by then.
+        start: (n, 2) where everyone stands [rad]; offline positioners stay there.
+        margin: clearance to keep [mm].
+        most: boxes to look at; `MOST` unless given.
+
+    Returns:
+        A path (m, 2 k) of those that move, even between its points [rad], or a proof that there is none; neither if
+        nothing was decided, as for joint ranges of many turns.
+    """
+    margin = number(margin, "mm", "margin", ProblemError)
+    start = read_only(start, unit="rad", name="start", error=ProblemError)
+    ends = {int(i): read_only(q, unit="rad", name="goal", error=ProblemError) for i, q in goals.items()}
+    who = [int(i) for i in positioners]
+    low, high = plane.lower[who].ravel(), plane.upper[who].ravel()
+    if plane.kinematics.has_avoidance or not np.all(np.abs([low, high]) < _TURNS):
+        return None, None
+    query = _query(plane, who, ends, start, margin)
+    if not (query.start == np.clip(query.start, low, high)).all():
+        return None, None
+    boxes, answer, end = _room(_FIRST, query, low, high), FULL, -1
+    while answer == FULL:
+        answer, end = search(query, boxes, most or MOST[len(who)])
+        if answer == FULL:
+            boxes = _more_room(boxes)
+    if answer == PATH:
+        return _path(query, boxes, end), None
+    stated = {i: (float(q[0]), float(q[1])) for i, q in ends.items()}
+    return None, Barrier(tuple(who), stated, _tree(boxes)) if answer == CLOSED else None
 
 
 def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.ndarray, margin: float) -> bool:
@@ -56,25 +91,7 @@ def proven_unreachable(plane: FocalPlane, i: int, start: np.ndarray, goal: np.nd
     Returns:
         True only with proof; False if there is a way or if nothing was proven, as for joint ranges of many turns.
     """
-    return closed_region(plane, i, start, goal, margin) is not None
-
-
-def closed_region(plane: FocalPlane, i: int, start: np.ndarray, goal: np.ndarray, margin: float) -> np.ndarray | None:
-    """The boxes of joint space that positioner `i` cannot leave, if its goal is proven not to be among them.
-
-    All around them the arm is nearer than the margin to what never moves, or at the end of a joint's range, which
-    `fiberplan.certificates.replay_infeasible` checks. Arguments as of `proven_unreachable`.
-
-    Returns:
-        (m, 2, 2) low and high of each joint [rad]; None where there is a way or nothing was proven.
-    """
-    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)
-
-    def ends(tiling: Tiling, layer: Layer, within: float) -> tuple[np.ndarray, np.ndarray]:
-        held = tiling.holds(layer, goal)
-        return held, held
-
-    return _without_ends(plane, i, start, margin, ends)
+    return decided(plane, [i], {i: goal}, start, margin)[1] is not None
 
 
 def proven_excluded(plane: FocalPlane, i: int, goal: np.ndarray, j: int, start: np.ndarray, margin: float) -> bool:
@@ -93,61 +110,86 @@ def proven_excluded(plane: FocalPlane, i: int, goal: np.ndarray, j: int, start: 
     Returns:
         True only with proof.
     """
-    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)[None]
-    other, margin = np.array([i]), number(margin, "mm", "margin", ProblemError)
-
-    def ends(tiling: Tiling, layer: Layer, within: float) -> tuple[np.ndarray, np.ndarray]:
-        room = _least_clearance(plane.arms, j, other, goal, tiling.middles(layer))
-        return ~(room + within < margin), room >= margin
-
-    return _without_ends(plane, j, start, margin, ends) is not None
+    return decided(plane, [j], {i: goal}, start, margin)[1] is not None
 
 
-def _without_ends(
-    plane: FocalPlane,
-    i: int,
-    start: np.ndarray,
-    margin: float,
-    ends: Callable[[Tiling, Layer, float], tuple[np.ndarray, np.ndarray]],
-) -> np.ndarray | None:
-    """Boxes (m, 2, 2) that positioner `i` cannot leave past what never moves, if none of its `ends` is among them.
+def _query(
+    plane: FocalPlane, who: list[int], ends: Mapping[int, np.ndarray], start: np.ndarray, margin: float
+) -> Query:
+    """What is asked, as the kernels take it."""
+    fixed = np.concatenate([~plane.online, np.ones(len(plane.obstacles), bool)])
+    others = [i for i in ends if i not in who]
+    slots, contacts = [*who], []
+    for pair in plane.arm_pairs_within(margin).tolist():
+        for a, b in (pair, pair[::-1]):
+            if a in who and (fixed[b] or b in others or (b in who and a < b)):
+                slots += [] if b in slots else [b]
+                contacts.append((slots.index(a), slots.index(b), b in others))
+    pose = np.array(plane.with_obstacles(start)[slots])
+    for k, arm in enumerate(slots):
+        if arm in others:
+            pose[k] = ends[arm]
+    goal = np.concatenate([ends.get(i, np.full(2, np.nan)) for i in who])
+    table = np.array(contacts, np.int64).reshape(-1, 3)
+    return Query(
+        plane.arms,
+        np.array(slots, np.int64),
+        pose,
+        np.zeros_like(pose),
+        np.ascontiguousarray(table[:, :2]),
+        table[:, 2] == 1,
+        start[who].ravel(),
+        goal,
+        margin,
+        margin - BELOW,
+    )
 
-    `ends` tells of boxes, in which a point of its bodies moves so far from where it is at their middles [mm], whether
-    one may lie in them (m,), and whether one does. Nothing is proven of who begins nearer than the margin, and opens.
-    """
-    margin = number(margin, "mm", "margin", ProblemError)
-    start = read_only(start, unit="rad", name="start", error=ProblemError)
-    low, high = plane.lower[i], plane.upper[i]
-    if plane.kinematics.has_avoidance or not np.all(np.isfinite([low, high])):
-        return None
-    pairs = plane.arm_pairs_within(margin)
-    beside = np.concatenate([pairs[pairs[:, 0] == i, 1], pairs[pairs[:, 1] == i, 0]])
-    never_moves = np.concatenate([~plane.online, np.ones(len(plane.obstacles), bool)])
-    fixed = read_only(np.sort(beside[never_moves[beside]]), np.int64)
-    pose = read_only(plane.with_obstacles(start)[fixed])
-    count = np.maximum(1.0, np.ceil((high - low) / _WIDEST))
-    opens = not _least_clearance(plane.arms, i, fixed, pose, start[i, None])[0] >= margin
-    if opens or count.prod() > _MOST:
-        return None
-    tiling = Tiling(low, high, count.astype(np.int64))
-    layer, dead_ends = tiling.whole(), list[Layer]()
-    for _ in range(_LEVELS):
-        width = tiling.width(layer.level)
-        room = _least_clearance(plane.arms, i, fixed, pose, tiling.middles(layer))
-        within = motion(plane.arms, i, 0.5 * width[0], 0.5 * width[1]) + ROUNDING
-        possible, certain = ends(tiling, layer, within)
-        clear = (room - within >= margin) & (certain | ~possible)
-        tiling.add_clear(replace(layer, goal=certain)[clear])
-        undecided = replace(layer, goal=possible)[~clear & ~(room + within < margin)]
-        if not tiling.joined(start[i], undecided):
-            every = Tiling(low, high, tiling.count)
-            for part in sorted([*tiling.clear, undecided, *dead_ends], key=lambda part: part.level):
-                every.add_clear(part)
-            return every.region(start[i])
-        joins = tiling.joins(undecided, start[i])
-        dead_ends.append(undecided[~joins])
-        undecided = undecided[joins]
-        if tiling.joined(start[i]) or 4 * len(undecided) > _MOST:
-            return None
-        layer = undecided.halved()
-    return None
+
+def _room(most: int, query: Query, low: np.ndarray, high: np.ndarray) -> Boxes:
+    """Room for so many boxes, in which the first is the whole joint space; `search` fills in the rest."""
+    boxes = Boxes(
+        np.zeros(most, BOX),
+        np.zeros((most, len(low))),
+        np.zeros((most, len(low))),
+        np.ones((most, len(query.contact)), bool),
+        np.full((24 * most, 2), -1, np.int32),
+        np.zeros(2, np.int64),
+    )
+    boxes.low[0], boxes.high[0] = low, high
+    return boxes
+
+
+def _more_room(boxes: Boxes) -> Boxes:
+    """Twice the room, with what is known."""
+    box, low, high, unsure, edge = (np.concatenate([part, part]) for part in boxes[:-1])
+    return Boxes(box, low, high, unsure, edge, boxes.used)
+
+
+def _path(query: Query, boxes: Boxes, end: int) -> np.ndarray:
+    """(m, d) from the start through the middles of the sides that boxes of a chain of clear ones share [rad]."""
+    chain = [end]
+    while boxes.box["before"][chain[-1]] >= 0:
+        chain.append(int(boxes.box["before"][chain[-1]]))
+    low, high = boxes.low[chain[::-1]], boxes.high[chain[::-1]]
+    sides = 0.5 * (np.maximum(low[1:], low[:-1]) + np.minimum(high[1:], high[:-1]))
+    points = np.concatenate([query.start[None], sides])
+    last = np.where(np.isnan(query.goal), np.clip(points[-1], low[-1], high[-1]), query.goal)
+    return read_only(np.concatenate([points, last[None]]))
+
+
+def _tree(boxes: Boxes) -> str:
+    """The boxes as a `Barrier` states them; halves that are both ``i``, or both ``o``, are told as one."""
+    count = int(boxes.used[0])
+    box = boxes.box[:count]
+    inside = (box["state"] < BLOCKED) & (box["from_start"] < FAR)
+    needed = np.zeros(count, bool)
+    edges = int(boxes.used[1])
+    ends = boxes.edge[:edges, 0][np.arange(edges) ^ 1], boxes.edge[:edges, 0]  # of each edge, from and to
+    needed[ends[1][inside[ends[0]]]] = True
+    said = np.where(inside, "i", np.where((box["state"] == BLOCKED) & needed, "b", "o")).tolist()
+    for k in range(count - 1, -1, -1):  # halves come after the box that they are of
+        if box["state"][k] == HALVED:
+            child = int(box["child"][k])
+            one, other = said[child], said[child + 1]
+            said[k] = one if one == other and one in "io" else f"{box['joint'][k]}{one}{other}"
+    return str(said[0])

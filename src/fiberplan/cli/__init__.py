@@ -4,6 +4,7 @@ Commands speak degrees, millimetres and seconds, and answer programs in JSON (`a
 answer is no, 2 bad input (one line on stderr, nothing written), 130 interrupted, 143 terminated.
 """
 
+import gc
 import sys
 
 from fiberplan.errors import interrupted
@@ -13,6 +14,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """The ``fiberplan`` command."""
+    gc.set_threshold(20_000)  # imports make no garbage, and looking for it takes a tenth of a short command
     try:
         from fiberplan.cli.app import main as command
     except BaseException as error:  # Ctrl-C while the commands are imported

@@ -1,13 +1,13 @@
 """``fiberplan allocate``: from a catalogue to targets that positioners can take together, all of which are reached."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.numbered import numbers_of
-from fiberplan.cli.options import InstrumentArgument, JsonOption, RegionsOption, SeedOption, SolverOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, PriorityOrder, RegionsOption, SeedOption, SolverOption
 from fiberplan.cli.output import Output, plan_output, refuse_unwritable, say, working
 from fiberplan.cli.report import assumptions, cautions
 from fiberplan.cli.start import Jitter, Margin, Offline, PositionError, StartTime, begun, room, switched_off
@@ -38,10 +38,7 @@ def allocate(
         typer.Option(metavar="CATEGORY=N", help="Positions of a category that are needed, such as sky=80. Repeatable."),
     ] = None,
     regions: RegionsOption = 1,
-    priority_order: Annotated[
-        Literal["larger", "smaller"],
-        typer.Option(help="Which priority matters more in CATALOGUE; smaller: 1 is first."),
-    ] = "larger",
+    priority_order: PriorityOrder = "larger",
     motion: Annotated[
         bool, typer.Option("--motion/--no-motion", help="Choose again around whoever does not arrive.")
     ] = True,

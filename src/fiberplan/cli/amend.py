@@ -9,7 +9,8 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, PlanArgument, VerboseOption, no_option, number_or_option
 from fiberplan.cli.output import plan_output, refuse_unwritable, working
-from fiberplan.cli.report import plan_facts, say_plan
+from fiberplan.cli.report import say_plan
+from fiberplan.cli.report_facts import plan_facts
 from fiberplan.errors import FiberplanError
 
 

@@ -10,7 +10,8 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import InstrumentArgument, JsonOption
 from fiberplan.cli.output import complain, made_folder, page_output, refuse_unwritable, say, working
-from fiberplan.cli.report import cautions, certificate_facts, findings
+from fiberplan.cli.report import cautions, findings
+from fiberplan.cli.report_facts import certificate_facts
 from fiberplan.cli.start import Margin, begun
 from fiberplan.errors import FiberplanError
 

@@ -9,7 +9,8 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, SeedOption
 from fiberplan.cli.output import made_folder, page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import plan_facts, say_plan
+from fiberplan.cli.report import say_plan
+from fiberplan.cli.report_facts import plan_facts
 
 MARGIN = 0.8  # [mm] with arms of radius 1.5 mm the same as the papers' buffer of 1.9 mm
 

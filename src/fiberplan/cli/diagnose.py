@@ -10,7 +10,8 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
-from fiberplan.cli.report import assumptions, incomplete, openings, priorities, unknown_facts
+from fiberplan.cli.report import assumptions, incomplete, openings, priorities
+from fiberplan.cli.report_facts import unknown_facts
 
 if TYPE_CHECKING:
     from fiberplan.plan import Plan

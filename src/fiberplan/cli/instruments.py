@@ -56,8 +56,9 @@ def instruments(
     plane = FocalPlane.load(name)
     if json:
         counts = {"positioners": plane.n, "online": int(plane.online.sum()), "bodies": len(plane.bodies)}
+        places = {"ids": plane.ids, "base": plane.base}
         said = {"notes": plane.notes, "assumptions": plane.assumptions, "cautions": list(cautions(plane, math.inf))}
-        say_json({"name": plane.name, **counts, "facts": dict(facts(plane)), "ids": plane.ids} | said)
+        say_json({"name": plane.name, **counts, "facts": dict(facts(plane)), **places} | said)
         return
     table = Table(show_header=False, title=plane.name, title_justify="left")
     for what, value in facts(plane):

@@ -9,7 +9,8 @@ import typer
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import InstrumentArgument, JsonOption, SeedOption, VerboseOption
 from fiberplan.cli.output import plan_output, refuse_unwritable, working
-from fiberplan.cli.report import cautions, folded, plan_facts, say_plan
+from fiberplan.cli.report import cautions, folded, say_plan
+from fiberplan.cli.report_facts import plan_facts
 from fiberplan.cli.start import Margin, Offline, StartTime, begun, room, switched_off
 
 if TYPE_CHECKING:

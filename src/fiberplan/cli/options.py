@@ -19,6 +19,9 @@ SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of every random
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer in JSON (mm, s, deg).")]
 RegionsOption = Annotated[int, typer.Option(metavar="N", help="Parts of the array over which these are spread.", min=1)]
 SolverOption = Annotated[Literal["milp", "heuristic"], typer.Option(help="Prove what is best, or only bound it.")]
+PriorityOrder = Annotated[
+    Literal["larger", "smaller"], typer.Option(help="Which priority matters more in CATALOGUE; smaller: 1 is first.")
+]
 VerboseOption = Annotated[bool, typer.Option("--verbose", help="Tell everything.")]
 
 

@@ -10,18 +10,29 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rich.console import Console, RenderableType
+from rich.text import Text
 
 from fiberplan.errors import FiberplanError
 from fiberplan.tables.atomic import is_special, refuse_folder, refuse_unwritable_place
 
 WIDE = 160  # columns of a table in a pipe
+_CONTROLS = {k: f"\\x{k:02x}" for k in (*range(32), *range(127, 160)) if chr(k) not in "\n\t"}
+
+
+def visible(text: str) -> str:
+    """A text without what a terminal obeys: names and cells come from files, whoever wrote these."""
+    return text.translate(_CONTROLS)
 
 
 class _Patient(Console):
-    """A console that goes quiet, not away, when its reader does."""
+    """A console that goes quiet, not away, when its reader does, and shows control characters as what they are."""
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        """As any console does, without what a terminal obeys."""
+        return super().render_str(visible(text), **how)
 
     def on_broken_pipe(self) -> None:
         """Send what is still to come to nowhere."""
@@ -59,7 +70,7 @@ def say(what: RenderableType, style: str | None = None) -> None:
 
 def complain(message: str) -> None:
     """Print one line on stderr."""
-    print(f"fiberplan: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
+    print(f"fiberplan: error: {visible(' '.join(message.split()))}", file=sys.stderr, flush=True)
 
 
 @contextmanager

@@ -11,7 +11,8 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import controller_names, planner_names, setting_keys
 from fiberplan.cli.options import InstrumentArgument, JsonOption, SeedOption, VerboseOption
 from fiberplan.cli.output import page_output, plan_output, refuse_unwritable, say, working
-from fiberplan.cli.report import cautions, incomplete, plan_facts, say_plan
+from fiberplan.cli.report import cautions, incomplete, say_plan
+from fiberplan.cli.report_facts import plan_facts
 from fiberplan.cli.start import (
     Jitter,
     Margin,

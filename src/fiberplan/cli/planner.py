@@ -11,7 +11,8 @@ from fiberplan.errors import FiberplanError
 from fiberplan.plan import Plan
 from fiberplan.planners import PLANNERS, Planner
 from fiberplan.problem import Problem
-from fiberplan.tables.table_reader import one_line, read_text
+from fiberplan.tables.table_reader import read_text
+from fiberplan.tables.wording import one_line
 
 
 def chosen_planner(name: str, seed: int, assignments: Sequence[str] = (), file: Path | None = None) -> Planner:

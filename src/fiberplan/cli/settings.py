@@ -14,7 +14,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fiberplan.errors import FiberplanError
 from fiberplan.planners import PLANNERS
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 _NONE = "none"  # how the command line writes None, for which TOML has no word
 _WORDS = {"true": True, "false": False}

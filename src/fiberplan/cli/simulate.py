@@ -134,7 +134,7 @@ def _absent(plane: "FocalPlane", given: Sequence[str]) -> tuple[int, ...]:
 
 
 def _index(plane: "FocalPlane", option: str, name: str) -> int:
-    from fiberplan.tables.table_reader import nearest
+    from fiberplan.tables.wording import nearest
 
     if name not in plane.names:
         raise FiberplanError(f"{option}: {plane.name} has no positioner '{name}'{nearest(name, plane.names)}")

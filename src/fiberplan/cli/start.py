@@ -57,7 +57,8 @@ def _names(plane: "FocalPlane", text: str) -> list[str]:
     """What one --offline names: robots, or those that a file lists; of a table that says who is online, the others."""
     import numpy as np
 
-    from fiberplan.tables.table_reader import nearest, read_table, read_text
+    from fiberplan.tables.table_reader import read_table, read_text
+    from fiberplan.tables.wording import nearest
 
     names = [name.strip() for name in text.split(",") if name.strip()]
     path = Path(text)

@@ -8,7 +8,7 @@ import typer
 
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.numbered import numbers_of
-from fiberplan.cli.options import InstrumentArgument, JsonOption, RegionsOption, SeedOption, SolverOption
+from fiberplan.cli.options import InstrumentArgument, JsonOption, PriorityOrder, RegionsOption, SeedOption, SolverOption
 from fiberplan.cli.output import made_folder, say, working
 from fiberplan.cli.start import Margin, Offline, begun, room, switched_off
 from fiberplan.errors import FiberplanError
@@ -48,6 +48,7 @@ def survey(
         typer.Option(metavar="CATEGORY=N", help="Positions that each field needs, such as sky=80. Repeatable."),
     ] = None,
     regions: RegionsOption = 1,
+    priority_order: PriorityOrder = "larger",
     solver: SolverOption = "milp",
     executor: Annotated[Literal["processes", "dask"], typer.Option(help="Who does the fields.")] = "processes",
     scheduler: Annotated[
@@ -79,6 +80,8 @@ def survey(
         optics = _optics(plane, telescope)
         sky = _made_up(plane, optics, demo, seed) if demo is not None else (catalogue, fields)
         targets, listed = SurveyTargets.of(sky[0]), Fields.of(sky[1])
+        if priority_order == "smaller":
+            targets = targets.turned()
         state = begun(plane, start, None)
         required = numbers_of(require or (), "--require")
         made_folder(output)
@@ -113,6 +116,8 @@ def survey(
         say(f"and {len(done.failed) - _MOST_FAILED} more fields failed (--json)", style="yellow")
     for note in (*off, *leave.notes, *done.assumptions):
         say(f"note: {note}")
+    if done.longest == len(done.records) > 1 and at_once != 1:
+        say("note: each field waits for the one before, by its chain or by targets in both: one worker does it all")
     say(f"wrote {output}; open {page} in a browser")
     raise typer.Exit(1 if done.failed else 0)
 
@@ -131,12 +136,12 @@ def _optics(plane: "FocalPlane", named: str | None) -> "Telescope | None":
 
 
 def _made_up(plane: "FocalPlane", optics: "Telescope | None", count: int, seed: int) -> tuple[Any, Any]:
-    """A catalogue and fields, with twice as many targets in a field as positioners."""
+    """A catalogue and fields, with twice as many targets in a field as positioners; nights in up to four regions."""
     from fiberplan.scenes import clustered_sky
 
     if optics is None:
         raise FiberplanError(f"survey: --demo needs a telescope for {plane.name}: --telescope NAME|FILE")
-    return clustered_sky(count, optics.radius, 2.0 * plane.n, seed)
+    return clustered_sky(count, optics.radius, 2.0 * plane.n, seed, regions=min(4, -(-count // 10)))
 
 
 def _facts(done: "Survey") -> dict[str, Any]:

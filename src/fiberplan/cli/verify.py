@@ -8,16 +8,8 @@ from fiberplan.cli.answers import say_json
 from fiberplan.cli.completion import instrument_names
 from fiberplan.cli.options import JsonOption, PlanArgument
 from fiberplan.cli.output import say, working
-from fiberplan.cli.report import (
-    about,
-    assumptions,
-    cautions,
-    certificate_facts,
-    findings,
-    openings,
-    tolerated,
-    unknown_facts,
-)
+from fiberplan.cli.report import about, assumptions, cautions, findings, openings, tolerated
+from fiberplan.cli.report_facts import certificate_facts, unknown_facts
 
 
 def verify(

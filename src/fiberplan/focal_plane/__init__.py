@@ -1,6 +1,6 @@
 """A focal plane: where positioners stand, how they turn, what can touch, and who is next to whom.
 
-- `focal_plane`: the array, with fibers, clearances and changed copies of itself
+- `focal_plane`: the array, with fibers, clearances and changed copies of itself; `checks`: what its values must be
 - `bodies`: bodies that ride on links, and obstacles
 - `outlines`: filled outlines cut into convex pieces, by signs that are exact
 - `layouts`: where positioners stand in regular arrays
@@ -13,7 +13,8 @@
 - `differences`: where two descriptions of an array differ; `drift`: how far arms get in a moment
 - `coverage`: how many positioners reach each point
 - `joint_space`: which configurations of a positioner its neighbours block as they stand
-- `neighbours`: who could touch whom at a given margin
+- `neighbours`: who could touch whom at a given margin; `obstacle_pairs`: which obstacles
+- `discs`: in which of some discs a point lies
 """
 
 from fiberplan.focal_plane.bodies import Body, Obstacle

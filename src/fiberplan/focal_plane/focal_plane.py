@@ -15,27 +15,25 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from fiberplan.arrays import LARGEST, Frozen, FrozenDict, number, plain, read_only, shortened, texts
+from fiberplan.arrays import Frozen, FrozenDict, number, plain, read_only, shortened, texts
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.checks import NO_LIMIT, UNITS, check
 from fiberplan.focal_plane.compiled_arms import compile_arms
+from fiberplan.focal_plane.discs import discs_at
 from fiberplan.focal_plane.kinematics import Kinematics
-from fiberplan.focal_plane.layouts import hexagonal_grid
+from fiberplan.focal_plane.layouts import hexagonal_array
 from fiberplan.focal_plane.motor_limits import least_time
+from fiberplan.focal_plane.obstacle_pairs import obstacles_within
 from fiberplan.focal_plane.two_link import TWO_LINK, rotated
 from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.clearance import clearances
-from fiberplan.kernels.neighbours import box_pairs, neighbour_pairs
+from fiberplan.kernels.neighbours import neighbour_pairs
 from fiberplan.registry import io_function, notebook_function
 
 TURN = 2 * np.pi
-_BESIDE = 0.1  # obstacles this much farther off are neighbours too: a proof tells their clearance [mm]
-_NO_LIMIT = {"max_acceleration": np.inf, "min_speed": 0.0}
-_PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online", *_NO_LIMIT)
-_UNITS = {"base": "mm", "length": "mm", "max_speed": "rad/s", "online": ""}  # of the others rad
-_UNITS |= {"max_acceleration": "rad/s2", "min_speed": "rad/s"}
+_PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online", *NO_LIMIT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,17 +76,17 @@ class FocalPlane(Frozen):
         n = len(self.ids)
         defaults = {"zero": np.zeros((n, 2)), "online": np.ones(n, bool)}
         shapes = {"base": (n, 2), "length": (n,), "folded": (n, 2), "lower": (n, 2), "upper": (n, 2)}
-        shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)} | dict.fromkeys(_NO_LIMIT, (n, 2))
+        shapes |= {"max_speed": (n, 2), "zero": (n, 2), "online": (n,)} | dict.fromkeys(NO_LIMIT, (n, 2))
         for name, shape in shapes.items():
             value = getattr(self, name)
-            if value is None and name in _NO_LIMIT:
+            if value is None and name in NO_LIMIT:
                 continue
             dtype = bool if name == "online" else np.float64
-            label, unit = f"{self.name}: {name}", _UNITS.get(name, "rad")
+            label, unit = f"{self.name}: {name}", UNITS.get(name, "rad")
             value = read_only(defaults[name] if value is None else value, dtype, unit, label, InstrumentError)
             if value.shape != shape:
                 raise InstrumentError(f"{self.name}: {name} must have shape {shape}, got {value.shape}")
-            none = name in _NO_LIMIT and bool(np.all(value == _NO_LIMIT[name]))
+            none = name in NO_LIMIT and bool(np.all(value == NO_LIMIT[name]))
             object.__setattr__(self, name, None if none else value)
         lengths = ["pair_margin", "field_radius"]
         if self.recommended_margin is not None:
@@ -103,7 +101,7 @@ class FocalPlane(Frozen):
         object.__setattr__(self, "aliases", tuple(str(name) for name in self.aliases))
         object.__setattr__(self, "assumptions", tuple(self.assumptions))
         object.__setattr__(self, "forbidden", read_only(np.empty((0, 3)) if self.forbidden is None else self.forbidden))
-        self._validate()
+        check(self)
 
     def _offset(self, name: str, value: Any) -> np.ndarray:
         label = f"{self.name}: fiber '{name}'"
@@ -116,87 +114,16 @@ class FocalPlane(Frozen):
         parts = (self.n, "positioner"), (len(self.bodies), "body"), (len(self.obstacles), "obstacle")
         plural = {"body": "bodies"}
         listed = ", ".join(f"{k} {what if k == 1 else plural.get(what, f'{what}s')}" for k, what in parts)
-        limits = [name for name in _NO_LIMIT if getattr(self, name) is not None]
+        limits = [name for name in NO_LIMIT if getattr(self, name) is not None]
         return f"<FocalPlane '{shortened(self.name)}': {', '.join([listed, *limits])}>"
 
     def _repr_html_(self) -> str:
         return notebook_function("focal_plane_html")(self)
 
-    def _validate(self) -> None:
-        if not self.n:
-            raise InstrumentError(f"{self.name}: no positioners")
-        if len(self.index) < self.n:
-            twice = next(id_ for i, id_ in enumerate(self.ids) if self.index[id_] != i)
-            rows = [i for i, id_ in enumerate(self.ids) if id_ == twice]
-            raise InstrumentError(f"{self.name}: positioner id '{twice}' appears twice (rows {rows[0]} and {rows[1]})")
-        if not self.fiber_offsets:
-            raise InstrumentError(f"{self.name}: no fiber is given")
-        for name in ("base", "length", "zero", "folded"):
-            self._refuse(~np.isfinite(getattr(self, name)), name, "is not a finite number")
-        for k, (name, value) in enumerate(self.fiber_offsets.items()):
-            lacking = np.isnan(value).all(axis=1, keepdims=True) & (k > 0)  # all carry the default fiber
-            self._refuse(~np.isfinite(value) & ~lacking, f"fiber '{name}'", "is not a finite number", value)
-            self._refuse(np.abs(value) > LARGEST, f"fiber '{name}'", f"is more than {LARGEST:g} mm", value)
-        for name in ("base", "length"):
-            self._refuse(np.abs(getattr(self, name)) > LARGEST, name, f"is more than {LARGEST:g} mm")
-        if len(self.aliases) not in (0, self.n):
-            raise InstrumentError(f"{self.name}: {len(self.aliases)} second names for {self.n} positioners")
-        if self.recommended_margin is not None and not 0 <= self.recommended_margin < np.inf:
-            raise InstrumentError(f"{self.name}: recommended margin {self.recommended_margin:g} mm is not a length")
-        if self.forbidden.ndim != 2 or self.forbidden.shape[1] != 3 or not np.isfinite(self.forbidden).all():
-            raise InstrumentError(f"{self.name}: forbidden must be finite and of shape (m, 3): x, y and radius")
-        for body in self.bodies:
-            for what, count in (("points", body.points.ndim == 3), ("radii", np.ndim(body.radius) == 1)):
-                given = len(body.points if what == "points" else np.atleast_1d(body.radius))
-                if count and given != self.n:
-                    raise InstrumentError(
-                        f"{self.name}: body '{body.name}': {what} of {given} positioners, not {self.n}"
-                    )
-        self._refuse(~(self.length >= 0), "length", "is negative")
-        self._refuse(~(self.lower <= self.upper), "lower", "is above the upper end of the joint's range")
-        self._refuse(~(np.isfinite(self.max_speed) & (self.max_speed > 0)), "max_speed", "is not a positive speed")
-        if self.max_acceleration is not None:
-            self._refuse(~(self.max_acceleration > 0), "max_acceleration", "is not a positive acceleration")
-        if self.min_speed is not None:
-            self._refuse(~(self.min_speed >= 0), "min_speed", "is not a speed")
-            self._refuse(self.min_speed > self.max_speed, "min_speed", "is above the joint's largest speed")
-        outside = ~((self.folded >= self.lower) & (self.folded <= self.upper))
-        self._refuse(outside, "folded", "lies outside the joint's range")
-        if not self.field_radius > 0:
-            raise InstrumentError(f"{self.name}: field_radius {self.field_radius:g} mm is not a positive length")
-        rides = [body for body in self.bodies if body.link not in self.kinematics.link_names]
-        if rides:
-            raise InstrumentError(
-                f"{self.name}: a body rides on the {rides[0].link}, but {self.kinematics.name} arms have the links "
-                f"{', '.join(self.kinematics.link_names)}"
-            )
-        try:
-            self.kinematics.check(self.n)
-        except InstrumentError as error:
-            raise InstrumentError(f"{self.name}: {error}") from None
-        inside = self.in_avoidance(self.folded)
-        if inside.any():
-            i = int(np.argmax(inside))
-            raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': folded: {self.avoidance(i, self.folded)}")
-
-    def _refuse(self, bad: np.ndarray, name: str, complaint: str, values: np.ndarray | None = None) -> None:
-        """Raise for the first True of `bad`, naming its positioner and value."""
-        if not np.any(bad):
-            return
-        i, *column = np.argwhere(bad)[0]
-        value = (getattr(self, name) if values is None else values)[(i, *column)]
-        shown = f"{value:.6g} mm"
-        axis = ("x ", "y ")[column[0]] if column else ""
-        unit = _UNITS.get(name, "rad" if name in ("zero", "folded", "lower") else "mm")
-        if unit.startswith("rad"):
-            shown = f"{np.degrees(value):.6g} {unit.replace('rad', 'deg').replace('s2', 's^2')}"
-            axis = ("alpha ", "beta ")[column[0]]
-        raise InstrumentError(f"{self.name}: positioner '{self.ids[i]}': {axis}{name} {shown} {complaint}")
-
     def limit(self, name: str) -> np.ndarray:
         """(n, 2) `max_acceleration` [rad/s^2] or `min_speed` [rad/s], inf or 0 where joints have none."""
         given = getattr(self, name)
-        return read_only(np.full((self.n, 2), _NO_LIMIT[name])) if given is None else given
+        return read_only(np.full((self.n, 2), NO_LIMIT[name])) if given is None else given
 
     def least_time(self, turn: np.ndarray, who: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Least time [s] in which each joint can turn by `turn` (n, ..., 2) [rad] from rest to rest; NaN where it is.
@@ -323,16 +250,7 @@ class FocalPlane(Frozen):
 
     def forbidden_at(self, points: np.ndarray) -> np.ndarray:
         """(m,) which of the `forbidden` discs each of `points` (m, 2) [mm] lies in, -1 for none and for NaN."""
-        found = np.full(len(points), -1, np.int64)
-        there = np.flatnonzero(np.isfinite(points).all(axis=1))
-        if len(self.forbidden) and len(there):
-            radius = self.forbidden[:, 2]
-            near = cKDTree(self.forbidden[:, :2]).query_ball_point(points[there], max(0.0, radius.max()))
-            for k, discs in zip(there, near, strict=True):
-                away = np.hypot(*(self.forbidden[discs, :2] - points[k]).T)
-                inside = [disc for disc, d in zip(discs, away, strict=True) if d < radius[disc]]
-                found[k] = min(inside, default=-1)
-        return found
+        return discs_at(self.forbidden, points)
 
     def in_avoidance(self, angles: np.ndarray) -> np.ndarray:
         """(n,) whether commanded `angles` (n, 2) [rad] are forbidden within the joint ranges; NaN rows are not."""
@@ -371,16 +289,8 @@ class FocalPlane(Frozen):
 
     def obstacle_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) positioner and obstacle number whose bodies could come within `gap` [mm]."""
-        boxes = [[*(o.points.min(axis=0) - o.radius), *(o.points.max(axis=0) + o.radius)] for o in self.obstacles]
-        box = read_only(np.array(boxes, float).reshape(-1, 4))
         gap = number(gap, "mm", "gap", InstrumentError)
-        near = box_pairs(self.base, self.reach, box, gap)
-        first = np.searchsorted(near[:, 1], np.arange(len(self.obstacles) + 1))
-        kept = np.ones(len(near), bool)  # a long edge that runs askew has a box that is far larger than itself
-        for k, obstacle in enumerate(self.obstacles):
-            i = near[first[k] : first[k + 1], 0]
-            kept[first[k] : first[k + 1]] = obstacle.distance(self.base[i]) <= self.reach[i] + gap + _BESIDE
-        return read_only(near[kept], np.int64)
+        return read_only(obstacles_within(self.base, self.reach, self.obstacles, gap), np.int64)
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
@@ -466,38 +376,10 @@ class FocalPlane(Frozen):
         Raises:
             InstrumentError: rings below 0, or values that make no focal plane.
         """
-        pitch = number(pitch, "mm", "pitch", InstrumentError)
-        links = read_only(lengths, unit="mm", name="lengths", error=InstrumentError)
-        if links.shape != (2,):
-            raise InstrumentError(f"lengths must be those of both links, got shape {links.shape}")
-        if rings < 0 or not pitch > 0:
-            raise InstrumentError(f"a hexagon needs rings >= 0 and pitch > 0, got {rings} and {pitch}")
-        ids, base = hexagonal_grid(rings, pitch)
-        n = len(ids)
-        if bodies is None:
-            bodies = (Body(np.array([[0.0, 0.0], [links[1], 0.0]]), radius),)
-        return cls(
-            ids=ids,
-            base=base,
-            length=np.full(n, links[0]),
-            fiber_offsets={"fiber": np.array([links[1], 0.0])},
-            folded=_joint_values(folded, n, "folded"),
-            lower=_joint_values(lower, n, "lower"),
-            upper=_joint_values(upper, n, "upper"),
-            max_speed=_joint_values(max_speed, n, "max_speed"),
-            bodies=tuple(bodies),
-            name=name,
-        )
+        joints = {"folded": folded, "lower": lower, "upper": upper, "max_speed": max_speed}
+        return cls(**hexagonal_array(rings, pitch, lengths, radius, joints, bodies), name=name)
 
 
 def _angles(angles: Any) -> Any:
     """Angles in rad, if they have a unit."""
     return plain(angles, "rad", "angles", InstrumentError)
-
-
-def _joint_values(values: Any, n: int, name: str) -> np.ndarray:
-    """(n, 2) the same for every positioner, and one for both joints if there is only one."""
-    given = read_only(values, unit=_UNITS.get(name, "rad"), name=name, error=InstrumentError)
-    if given.shape not in ((), (1,), (2,)):
-        raise InstrumentError(f"{name} must be of one or both joints, got shape {given.shape}")
-    return np.tile(np.broadcast_to(given, 2), (n, 1))

@@ -90,7 +90,13 @@ class FourBar(Frozen):
         return self.orientation
 
     def rockers(self, base: np.ndarray, angles: np.ndarray, zero: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """J2 (n, 2) [mm] and directions of the rockers (n,) [rad] at commanded `angles` (n, 2) [rad]."""
+        """J2 (n, 2) [mm] and directions of the rockers (n,) [rad].
+
+        Args:
+            base: (n, 2) J1 [mm].
+            angles: (n, 2) commanded [rad].
+            zero: (n, 2) what geometry adds to them [rad].
+        """
         turn = self.orientation + np.pi - zero[:, 1] - angles[:, 1]
         return along(base, self.spacing, self.orientation), turn
 
@@ -121,7 +127,13 @@ class FourBar(Frozen):
         return np.stack([plane.base, self.elbows(plane, angles)], axis=1), rockers
 
     def sliders(self, length: np.ndarray, angles: np.ndarray, zero: np.ndarray) -> np.ndarray:
-        """Slider lengths (n,) [mm] at commanded `angles` (n, 2) [rad]; `length` (n,) is the first link's [mm]."""
+        """Slider lengths (n,) [mm].
+
+        Args:
+            length: (n,) of the first link, d13 [mm].
+            angles: (n, 2) commanded [rad].
+            zero: (n, 2) what geometry adds to them [rad].
+        """
         t1, t2 = (angles + zero).T
         across = self.rocker * np.sin(t2) - length * np.sin(t1)
         return np.hypot(self.spacing - self.rocker * np.cos(t2) - length * np.cos(t1), across)
@@ -132,7 +144,13 @@ class FourBar(Frozen):
         return (slider < self.shortest - ZONE) | (slider > self.longest + ZONE)
 
     def avoidance(self, plane: Mounted, i: int, angles: np.ndarray) -> str:
-        """What is wrong with arm `i`, whose `angles` lie in its zone of avoidance."""
+        """What is wrong with an arm whose angles lie in its zone of avoidance.
+
+        Args:
+            plane: whose arm it is.
+            i: which.
+            angles: (n, 2) commanded, of all arms [rad].
+        """
         theta = ", ".join(f"{np.degrees(t):.6g}" for t in angles[i])
         slider = self.sliders(plane.length, angles, plane.zero)[i]
         return (
@@ -143,7 +161,15 @@ class FourBar(Frozen):
     def inverse(
         self, plane: Mounted, who: np.ndarray, points: np.ndarray, offset: np.ndarray, parity: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Up to four solutions outside the zone of avoidance (m, 4, 2) [rad]; see `Kinematics.inverse`."""
+        """Up to four solutions outside the zone of avoidance (m, 4, 2) [rad]; see `Kinematics.inverse`.
+
+        Args:
+            plane: whose arms these are.
+            who: (m,) which of them.
+            points: (m, 2) where their tips shall be [mm].
+            offset: (m, 2) of the tip in the probe's frame [mm].
+            parity: (m,) not used: these arms have no elbow that is right or left.
+        """
         length = plane.length[who]
         delta = points - plane.base[who]
         c, s = np.cos(self.orientation[who]), np.sin(self.orientation[who])
@@ -180,12 +206,23 @@ class FourBar(Frozen):
         """Bounds (m, 2) [mm/rad]: a crank moves its end of the probe, which turns about the other end, J3 or J4.
 
         The probe turns by what that end moves over the slider's length, which is the shortest at worst.
+
+        Args:
+            plane: whose arms these are.
+            who: (m,) which of them.
+            offset: (m, 2) of the point in the probe's frame [mm].
         """
         tip, length, shortest = np.hypot(offset[:, 0], offset[:, 1]), plane.length[who], self.shortest[who]
         return np.stack([length * (1.0 + tip / shortest), tip * self.rocker[who] / shortest], axis=1)
 
     def random(self, plane: Mounted, rng: np.random.Generator, who: np.ndarray) -> np.ndarray:
-        """Angles (len(who), 2) [rad] uniform over the joint ranges, outside the zone of avoidance, tip in the field."""
+        """Angles (k, 2) [rad] uniform over the joint ranges, outside the zone of avoidance, tip in the field.
+
+        Args:
+            plane: whose arms these are.
+            rng: draws them, the same for the same seed.
+            who: (k,) which of them.
+        """
         drawn, missing = np.array(plane.folded), who
         while len(missing):
             low, high = plane.lower[missing], plane.upper[missing]
@@ -197,7 +234,12 @@ class FourBar(Frozen):
         return drawn[who]
 
     def constants(self, base: np.ndarray, zero: np.ndarray) -> np.ndarray:
-        """What the kernels need of every arm, but for the reach of bodies on the rocker."""
+        """What the kernels need of every arm (n,), but for the reach of bodies on the rocker.
+
+        Args:
+            base: (n, 2) J1 [mm].
+            zero: (n, 2) what geometry adds to commanded angles [rad].
+        """
         bar = np.zeros(len(self.spacing), BAR)
         pivot, turn = self.rockers(base, np.zeros((len(bar), 2)), zero)
         bar["x"], bar["y"] = pivot.T

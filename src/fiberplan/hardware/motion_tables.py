@@ -13,7 +13,9 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
-from fiberplan.tables.table_reader import InputTable, nearest, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
+from fiberplan.tables.wording import nearest
 
 COLUMNS = ("positioner", "time", "alpha", "beta")
 _SHOWN = 12

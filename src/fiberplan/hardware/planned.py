@@ -44,11 +44,12 @@ def plan_for(controller: str, planner: Planner, problem: Problem, rounds: int = 
 
     Raises:
         PlanError: what the controller cannot do, by robot and moment.
+        ProblemError: a goal at which it cannot end, where conflicts are refused.
         FiberplanError: no such controller.
     """
     writes = CONTROLLERS.find(controller)
-    fit, in_steps = getattr(writes, "fit", None), getattr(writes, "in_steps", None)
-    problem = problem if in_steps is None else in_steps(problem)
+    fit, with_goals = getattr(writes, "fit", None), getattr(writes, "with_goals", None)
+    problem = problem if with_goals is None else with_goals(problem, **options)
 
     def made(plan: Plan) -> Made:
         kept = plan if fit is None else fit(plan)

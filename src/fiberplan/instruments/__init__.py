@@ -1,9 +1,9 @@
 """Named instruments, and one module for each real instrument: its focal plane and its target files.
 
 - ``builtin/*.toml``: the instruments that are built in, a source beside every number
-- `definition`: a focal plane from such a file, or from a user's own; its fields are in `definition_model`, regular
-  arrays in `grids`, tables beside it in `positioner_table` and `shape_tables`; `complaints` and `locate` say what is
-  wrong and in which line
+- `toml_file`: reads such a file, or a user's own; `definition` makes a focal plane of what it says: its fields are in
+  `definition_model`, regular arrays in `grids`, tables beside it in `positioner_table` and `shape_tables`; `complaints`
+  and `locate` say what is wrong and in which line
 - `formats`: where readers of files register; importing this package registers ours
 - `sdss`, `sdss_targets`, `sdss_states`: calibration folders of SDSS-V, and its record of a configuration: what was
   asked for, and where robots stand
@@ -28,10 +28,10 @@ from fiberplan.instruments import (  # noqa: F401 - they register themselves
     sdss,
     sdss_targets,
 )
-from fiberplan.instruments.definition import read_definition
 from fiberplan.instruments.formats import INSTRUMENTS
+from fiberplan.instruments.toml_file import read_definition
 from fiberplan.tables.formats import FileFormat
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 __all__ = ["BUILTIN", "named", "names"]
 

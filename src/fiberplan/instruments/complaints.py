@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from fiberplan.errors import InstrumentError
 from fiberplan.instruments.definition_model import Definition
 from fiberplan.instruments.locate import Lines, Path
-from fiberplan.tables.table_reader import nearest, one_line
+from fiberplan.tables.wording import nearest, one_line
 
 _SHOWN = 4  # complaints said in full
 _WORDS = {

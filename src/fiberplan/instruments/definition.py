@@ -1,18 +1,13 @@
-"""Instruments written by hand: a TOML file of nominal values, each with its source beside it, and tables beside it.
+"""A focal plane from its definition: what an instrument file says (`definition_model`), and the tables beside it.
 
-The file describes a regular grid or lists positioners, says what all have in common, and may name tables of
-positioners, of their outlines and of obstacles (``docs/instrument-format.md``). What it does not know is refused.
+A definition describes a regular grid or lists positioners, says what all have in common, and may name tables of
+positioners, of their outlines and of obstacles (``docs/instrument-format.md``).
 """
 
-import os
-import re
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path as FilePath
-from typing import Any, Literal
 
 import numpy as np
-from pydantic import ValidationError
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
@@ -21,53 +16,14 @@ from fiberplan.focal_plane.four_bar import FourBar
 from fiberplan.focal_plane.kinematics import Kinematics
 from fiberplan.focal_plane.two_link import TWO_LINK
 from fiberplan.instruments import shape_tables
-from fiberplan.instruments.complaints import Complaint, DefinitionError, complaints_of, message
+from fiberplan.instruments.complaints import Complaint, DefinitionError
 from fiberplan.instruments.definition_model import Definition, Fiducials
-from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.instruments.locate import Path
-from fiberplan.instruments.positioner_table import PositionerValues, positioner_tables, row_of
-from fiberplan.tables.table_reader import InputTable, nearest, one_line, read_text
+from fiberplan.instruments.positioner_table import PositionerValues, row_of
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.wording import nearest
 
 _JOINTS = ("alpha", "beta")
-_AT = re.compile(r"(.*) \(at (line \d+, column \d+|end of document)\)$")
-
-
-def _usable(path: FilePath) -> FocalPlane:
-    return read_definition(path, "drop")
-
-
-@focal_plane_format("toml", "a .toml file written by hand", lambda path: path.suffix.lower() == ".toml", _usable)
-def read_definition(path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
-    """The focal plane that a TOML file describes.
-
-    With "drop", a positioner with a cell of a table that cannot be used is offline, and named; one of which nothing
-    says where it is, is left out.
-
-    Raises:
-        InstrumentError: no such file, not TOML (line and column are named), or a field or table that cannot be used
-            (file, line, field and value are named).
-    """
-    path = FilePath(path)
-    text = "\n".join(read_text(path, InstrumentError))
-    said = _parsed(path, text)
-    try:
-        definition = Definition.model_validate(said)
-        return plane_of(definition, path, positioner_tables(definition, path, text), conflicts == "drop")
-    except ValidationError as error:
-        raise InstrumentError(f"{path}: {message(complaints_of(error, said), text, said)}") from None
-    except DefinitionError as error:
-        raise InstrumentError(f"{path}: {message(error.complaints, text, said)}") from None
-
-
-def _parsed(path: FilePath, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        found = _AT.match(one_line(error))
-        what, where = found.groups() if found else (one_line(error), "somewhere")
-        raise InstrumentError(f"{path}: {where}: is not valid TOML ({what[0].lower()}{what[1:]})") from None
-    except (RecursionError, ValueError):  # brackets in brackets without end, a whole number of thousands of digits
-        raise InstrumentError(f"{path}: is not a usable TOML file (nested too deeply, or a number too long)") from None
 
 
 def plane_of(definition: Definition, path: FilePath, tables: Sequence[InputTable], drop: bool = False) -> FocalPlane:

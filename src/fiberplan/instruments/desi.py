@@ -18,7 +18,7 @@ from fiberplan.instruments.desi_mending import mended
 from fiberplan.instruments.desi_outlines import Settings, find_settings, fixed_outlines, moving_outlines
 from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.ecsv import read_ecsv
-from fiberplan.tables.table_reader import InputTable
+from fiberplan.tables.input_table import InputTable
 
 CRUISE = 59400 / (46 / 14 + 1) ** 4
 """Cruise speed of both axes [deg/s]: 18,000 steps a second of 3.3 deg of the motor, over its gear."""

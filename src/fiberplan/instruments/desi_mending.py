@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiberplan.tables.table_reader import InputTable
+from fiberplan.tables.input_table import InputTable
 
 _PLACES = ("PETAL_LOC", "OFFSET_X", "OFFSET_Y")
 _MEASURES = ("LENGTH_R1", "LENGTH_R2", "OFFSET_T", "OFFSET_P", "PHYSICAL_RANGE_T", "PHYSICAL_RANGE_P")

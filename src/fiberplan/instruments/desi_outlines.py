@@ -18,7 +18,8 @@ import numpy as np
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
-from fiberplan.tables.table_reader import InputTable, read_text
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_text
 
 NAMES = ("collision_settings.conf", "_collision_settings_DEFAULT.conf")  #: beside a focal-plane file
 _NOMINAL = 3.0  # lengths of the links for which the outlines are drawn [mm]

@@ -12,7 +12,8 @@ import numpy as np
 
 from fiberplan.errors import TargetError
 from fiberplan.instruments.formats import target_format
-from fiberplan.tables.table_reader import InputTable, read_text
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_text
 
 BY_PLACE = ("base r", "base theta")
 BY_NUMBER = ("positioner",)

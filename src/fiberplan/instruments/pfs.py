@@ -23,7 +23,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import InputTable, read_table, read_text
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table, read_text
 
 MAP, FIDUCIALS, DOTS = "grandfibermap.txt", "fiducials.txt", "black_dots*.csv"
 _LINKS = ("Link1_Link_Length", "Link2_Link_Length")

@@ -10,7 +10,9 @@ from fiberplan.errors import InstrumentError
 from fiberplan.instruments.complaints import Complaint
 from fiberplan.instruments.definition_model import Definition, Positioner
 from fiberplan.instruments.locate import Lines, Path
-from fiberplan.tables.table_reader import InputTable, nearest, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
+from fiberplan.tables.wording import nearest
 
 _TYPED = {"mm": "mm", "rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}  # unit of a column -> of what people write
 _CLOSE = 0.8  # of 1: a column spelt like this one is a mistake, and not one for somebody else

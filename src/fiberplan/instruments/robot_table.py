@@ -16,12 +16,9 @@ import numpy as np
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body
-from fiberplan.instruments.complaints import DefinitionError
-from fiberplan.instruments.definition import plane_of
-from fiberplan.instruments.definition_model import Definition, Positioner
 from fiberplan.instruments.formats import focal_plane_format
-from fiberplan.instruments.positioner_table import row_of
-from fiberplan.tables.table_reader import InputTable, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
 
 USUAL_SPEED = 30.0  #: where a table gives none [deg/s]
 _JOINT_VALUES = ("lower", "upper", "folded", "zero", "speed", "acceleration", "min_speed")
@@ -66,6 +63,11 @@ def read_robots(path: Path, conflicts: Literal["raise", "drop"] = "raise") -> Fo
     Raises:
         InstrumentError: a column that is missing, or a value that cannot be used; file, row and value are named.
     """
+    from fiberplan.instruments.complaints import DefinitionError  # slow to import, as is all that checks a definition
+    from fiberplan.instruments.definition import plane_of
+    from fiberplan.instruments.definition_model import Definition
+    from fiberplan.instruments.positioner_table import row_of
+
     read = read_table(path, InstrumentError)
     drop = conflicts == "drop"
     if not drop:
@@ -155,6 +157,8 @@ def _renamed(table: InputTable) -> InputTable:
 
 def _with_sides(table: InputTable, fibers: list[str]) -> InputTable:
     """The same with a zero for the y of fibers that lie straight along the beta link."""
+    from fiberplan.instruments.definition_model import Positioner
+
     known = set(Positioner.model_fields)
     added = {}
     for name in fibers:

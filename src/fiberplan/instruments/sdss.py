@@ -16,7 +16,9 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.instruments.formats import focal_plane_format
-from fiberplan.tables.table_reader import InputTable, nearest, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
+from fiberplan.tables.wording import nearest
 
 HOLE_MAP = "wokCoords.csv"
 _CONSTANTS = Path(__file__).parent / "calibration_constants.toml"

@@ -12,7 +12,7 @@ import numpy as np
 
 from fiberplan.errors import TargetError
 from fiberplan.instruments.formats import target_format
-from fiberplan.tables.table_reader import InputTable
+from fiberplan.tables.input_table import InputTable
 from fiberplan.tables.yanny import read_yanny
 
 _ABSENT = -900.0  # confSummary writes -999 for what it does not know

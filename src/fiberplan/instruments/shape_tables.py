@@ -16,7 +16,9 @@ from fiberplan.instruments.complaints import Complaint, DefinitionError
 from fiberplan.instruments.definition_model import BodyPart, ObstaclePart
 from fiberplan.instruments.locate import Path
 from fiberplan.instruments.positioner_table import PositionerValues
-from fiberplan.tables.table_reader import InputTable, nearest, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
+from fiberplan.tables.wording import nearest
 
 
 class _Shape(NamedTuple):

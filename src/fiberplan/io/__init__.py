@@ -6,8 +6,8 @@ Classes offer these functions as methods (`FocalPlane.load`, `Plan.write`, ...) 
 - `focal_plane_tables`: a focal plane as FITS tables, exact to the last bit
 - `body_tables`: its bodies and obstacles, a row a vertex
 - `sealed_tables`: FITS tables with a version and a digest
-- `plan_file`, `plan_tables`: a plan as one FITS file (``docs/plan-format.md``), and which column holds what
-- `target_files`: readers and a writer of targets
+- `plan_file`: a plan as one FITS file (``docs/plan-format.md``); `plan_tables`, `proof_tables`: which column holds what
+- `target_files`: readers and a writer of targets; `target_columns`: what their columns mean
 - `states`: readers and a writer of where everyone stands and who can move
 - `motion_states`: the state after an executed motion, or a controller's file of one
 - `certificate_tables`: proofs that goals cannot be reached, as tables of a plan file

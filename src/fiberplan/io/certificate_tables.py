@@ -1,39 +1,38 @@
-"""Proofs that goals cannot be reached, as tables: the regions of joint space that positioners cannot leave."""
+"""Proofs that goals cannot be reached, as tables: boxes of joint space that positioners cannot leave."""
 
 import numpy as np
 from astropy.io import fits
 
-from fiberplan.certificates.unreachable import closed_region
 from fiberplan.plan import Outcome, Plan
+from fiberplan.plan.loss_proofs import loss_proofs
 from fiberplan.tables.fits_tables import table_hdu
 
+WIDTH = 64  #: of a row of CERTIFICATE_TREES
 
-def regions_tables(plan: Plan) -> list[fits.BinTableHDU]:
-    """CERTIFICATE_REGIONS, if of any that is said to be INFEASIBLE a region is found that it cannot leave.
 
-    One region is enough if it holds none of the configurations that count as the goal; else there are more.
-    """
-    problem, owner, number, boxes = plan.problem, [], [], []
-    for i in plan.having(Outcome.INFEASIBLE):
-        ends = problem.goal[i, None]
-        if problem.alternatives is not None:
-            ends = np.concatenate([ends, problem.alternatives[i]])
-        found: list[np.ndarray] = []
-        for end in ends[~np.isnan(ends).any(axis=1)]:
-            if not any(_outside(region, end) for region in found):
-                region = closed_region(problem.plane, int(i), problem.start, end, problem.margin)
-                found += [] if region is None else [region]
-        for k, region in enumerate(found):
-            owner.append(np.full(len(region), i))
-            number.append(np.full(len(region), k))
-            boxes.append(region.reshape(-1, 4))
-    if not boxes:
+def barrier_tables(plan: Plan) -> list[fits.BinTableHDU]:
+    """CERTIFICATE_BARRIERS and CERTIFICATE_TREES, if of any that is said to be INFEASIBLE a proof is found."""
+    arrived, rows, trees = plan.having(Outcome.ARRIVED).tolist(), list[tuple](), list[str]()
+    for i in plan.having(Outcome.INFEASIBLE).tolist():
+        for barrier in loss_proofs(plan.problem, i, arrived, plan.blockers.get(i, ())):
+            for who in dict.fromkeys([*barrier.positioners, *barrier.goals]):
+                goal = barrier.goals.get(who, (np.nan, np.nan))
+                rows.append((len(trees), i, who, who in barrier.positioners, *goal))
+            trees.append(barrier.tree)
+    if not trees:
         return []
-    columns = {"positioner": np.concatenate(owner), "region": np.concatenate(number)}
-    sides = dict(zip(("low_alpha", "high_alpha", "low_beta", "high_beta"), np.concatenate(boxes).T, strict=True))
-    return [table_hdu("CERTIFICATE_REGIONS", columns | sides, dict.fromkeys(sides, "rad"))]
-
-
-def _outside(region: np.ndarray, q: np.ndarray) -> bool:
-    """Whether a configuration is in none of a region's boxes."""
-    return not ((region[:, :, 0] <= q) & (q <= region[:, :, 1])).all(axis=1).any()
+    number, lost, members, turns, alpha, beta = zip(*rows, strict=True)
+    stated = {
+        "barrier": np.array(number),
+        "lost": np.array(lost),
+        "positioner": np.array(members),
+        "turns": np.array(turns),
+        "goal_alpha": np.array(alpha),
+        "goal_beta": np.array(beta),
+    }
+    cut = [(k, tree[at : at + WIDTH]) for k, tree in enumerate(trees) for at in range(0, len(tree), WIDTH)]
+    boxes: dict = {"barrier": np.array([k for k, _ in cut]), "boxes": [text for _, text in cut]}
+    return [
+        table_hdu("CERTIFICATE_BARRIERS", stated, {"goal_alpha": "rad", "goal_beta": "rad"}),
+        table_hdu("CERTIFICATE_TREES", boxes),
+    ]

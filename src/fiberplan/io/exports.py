@@ -5,8 +5,6 @@ import os
 from collections.abc import Callable
 
 import numpy as np
-from astropy import units
-from astropy.table import QTable
 
 from fiberplan.motion.moves import moves, start_stops
 from fiberplan.plan import Plan
@@ -44,6 +42,9 @@ def write_motions(plan: Plan, path: str | os.PathLike) -> None:
     Raises:
         PlanError: the file cannot be written; what was there before is kept.
     """
+    from astropy import units
+    from astropy.table import QTable
+
     plane, listed = plan.problem.plane, moves(plan.trajectory)
     stops, speeds = start_stops(plan.trajectory), np.array([move.speed for move in listed]).reshape(-1, 2)
     columns = {

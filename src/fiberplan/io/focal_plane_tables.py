@@ -22,7 +22,7 @@ from fiberplan.io.sealed_tables import FOCAL_PLANE, MISFITS, PLAN, seal, unseal
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.contents import read_whole
 from fiberplan.tables.fits_tables import numbers, pick, table_hdu, texts
-from fiberplan.tables.table_reader import one_line
+from fiberplan.tables.wording import one_line
 
 _JOINTS = {"folded": "rad", "lower": "rad", "upper": "rad", "max_speed": "rad/s", "zero": "rad"}
 _LIMITS = {"max_acceleration": "rad/s2", "min_speed": "rad/s"}  # columns that are there where a joint has such a limit

@@ -10,12 +10,13 @@ from pathlib import Path
 
 from fiberplan.certificates import Certificate
 from fiberplan.errors import FiberplanError, PlanError
-from fiberplan.io.plan_tables import certificate_from_tables, plan_from_tables, plan_hdus
+from fiberplan.io.plan_tables import plan_from_tables, plan_hdus
+from fiberplan.io.proof_tables import certificate_from_tables
 from fiberplan.io.sealed_tables import MISFITS, PLAN, seal, unseal
 from fiberplan.plan import Plan
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import one_line
+from fiberplan.tables.wording import one_line
 
 
 def write_plan(plan: Plan, path: str | os.PathLike, certificate: bool = True) -> None:

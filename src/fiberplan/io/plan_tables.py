@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 from astropy.io import fits
 
-from fiberplan.certificates import Certificate, Contact, ZoneEntry
-from fiberplan.certificates.opening import Opening
 from fiberplan.certificates.witnesses import witnesses
 from fiberplan.errors import PlanError
-from fiberplan.focal_plane.geometry import Geometry
-from fiberplan.io.certificate_tables import regions_tables
+from fiberplan.io.certificate_tables import barrier_tables
 from fiberplan.io.focal_plane_tables import plane_from_tables, plane_hdus
+from fiberplan.io.proof_tables import proof_table, tuples
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Bound, Outcome, Plan
 from fiberplan.problem import Dropped, Problem, State
@@ -31,8 +29,8 @@ _SAID = {"planner": str, "parameters": dict, "seed": int, "timings": dict, "note
 def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
     """The tables of the focal plane, POSITIONERS with outcomes, then KNOTS, PROBLEM, CERTIFICATE, PARAMETERS.
 
-    With `certificate`, CERTIFICATE_AXES too, and CERTIFICATE_REGIONS where losses are proven: what shows each pair
-    clear, and what cannot be left, for `fiberplan replay`.
+    With `certificate`, CERTIFICATE_AXES too, and CERTIFICATE_BARRIERS and CERTIFICATE_TREES where losses are proven:
+    what shows each pair clear, and what cannot be left, for `fiberplan replay`.
     """
     about, positioners, *others = plane_hdus(plan.problem.plane)
     outcomes = table_hdu("", {"outcome": [outcome.name for outcome in plan.outcomes]})
@@ -42,8 +40,8 @@ def plan_hdus(plan: Plan, certificate: bool = True) -> list[fits.BinTableHDU]:
         *others,
         _knots(plan.trajectory),
         _problem_table(plan),
-        _proof_table(plan.certificate),
-        *([_axes_table(plan), *regions_tables(plan)] if certificate else []),
+        proof_table(plan.certificate),
+        *([_axes_table(plan), *barrier_tables(plan)] if certificate else []),
         table_hdu("PARAMETERS", {"json": [json.dumps(_parameters(plan), default=_plain)]}),
     ]
 
@@ -99,7 +97,7 @@ def plan_from_tables(tables: Mapping[str, Any]) -> Plan:
         trajectory=trajectory,
         outcomes=tuple(Outcome[name] for name in texts(table, "outcome")),
         planner=said["planner"],
-        parameters=_tuples(said["parameters"]),
+        parameters=tuples(said["parameters"]),
         seed=said["seed"],
         blockers={i: tuple(others) for i, others in blockers if others is not None},
         timings=said["timings"],
@@ -136,41 +134,6 @@ def _compare(positioners: Any, problem: Any) -> None:
             raise PlanError(f"PROBLEM: positioner '{id_}': there is no outcome '{outcome}'")
         if outcome != outcomes[k]:
             raise PlanError(f"positioner '{id_}': outcome {outcome} in PROBLEM, but {outcomes[k]} in POSITIONERS")
-
-
-def certificate_from_tables(tables: Mapping[str, Any]) -> Certificate:
-    """The certificate in these tables."""
-    table = pick(tables, "CERTIFICATE", PlanError)
-    scalars = json.loads(texts(pick(tables, "PARAMETERS", PlanError), "json")[0])["certificate"]
-    kind, text = np.array(texts(table, "kind")), texts(table, "text")
-    pair = np.stack([numbers(table, "first", int), numbers(table, "second", int)], axis=1)
-    time, clearance = numbers(table, "time"), numbers(table, "clearance")
-
-    def contacts(which: str) -> tuple[Contact, ...]:
-        rows = np.flatnonzero(kind == which)
-        return tuple(Contact((int(pair[k, 0]), int(pair[k, 1])), float(time[k]), float(clearance[k])) for k in rows)
-
-    said = scalars.get("geometry")  # files of earlier versions do not say
-    return Certificate(
-        **scalars
-        | {"assumptions": tuple(scalars.get("assumptions", ()))}
-        | {"geometry": None if said is None else Geometry(**said | {"radii": _tuples(said["radii"])})},
-        pairs=pair[kind == "pair"],
-        clearance=clearance[kind == "pair"],
-        obstacle_pairs=pair[kind == "obstacle"],
-        obstacle_clearance=clearance[kind == "obstacle"],
-        contacts=contacts("contact"),
-        undecided=contacts("undecided"),
-        violations=tuple(text[k] for k in np.flatnonzero(kind == "violation")),
-        resting=contacts("resting"),
-        zones=tuple(
-            ZoneEntry(int(pair[k, 0]), float(time[k]), float(clearance[k])) for k in np.flatnonzero(kind == "zone")
-        ),
-        opening=tuple(
-            Opening((int(pair[k, 0]), int(pair[k, 1])), float(clearance[k]), float(time[k]))
-            for k in np.flatnonzero(kind == "opening")
-        ),
-    )
 
 
 def _parameters(plan: Plan) -> dict[str, Any]:
@@ -220,13 +183,6 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be stored in a plan's parameters")
 
 
-def _tuples(value: Any) -> Any:
-    """JSON's lists as the tuples that were written."""
-    if isinstance(value, list):
-        return tuple(_tuples(item) for item in value)
-    return {key: _tuples(item) for key, item in value.items()} if isinstance(value, dict) else value
-
-
 def _knots(trajectory: Trajectory) -> fits.BinTableHDU:
     columns = {"positioner": trajectory.owner, "time": trajectory.times}
     columns |= {"alpha": trajectory.angles[:, 0], "beta": trajectory.angles[:, 1]}
@@ -268,35 +224,3 @@ def _axes_table(plan: Plan) -> fits.BinTableHDU:
     columns = {"first": rows.pairs[:, 0], "second": rows.pairs[:, 1]}
     columns |= {"begin": rows.begin, "end": rows.end, "axis": rows.axis}
     return table_hdu("CERTIFICATE_AXES", columns, {"begin": "s", "end": "s", "axis": "rad"})
-
-
-def _proof_table(proof: Certificate) -> fits.BinTableHDU:
-    pairs = [proof.pairs, proof.obstacle_pairs]
-    kinds = ["pair"] * len(proof.pairs) + ["obstacle"] * len(proof.obstacle_pairs)
-    times = [np.full(len(kinds), np.nan)]
-    clearance = [proof.clearance, proof.obstacle_clearance]
-    for kind, contacts in (("contact", proof.contacts), ("undecided", proof.undecided), ("resting", proof.resting)):
-        kinds += [kind] * len(contacts)
-        pairs.append(np.array([c.pair for c in contacts], np.int64).reshape(-1, 2))
-        times.append(np.array([c.time for c in contacts], float))
-        clearance.append(np.array([c.clearance for c in contacts], float))
-    kinds += ["opening"] * len(proof.opening)
-    pairs.append(np.array([o.pair for o in proof.opening], np.int64).reshape(-1, 2))
-    times.append(np.array([o.time for o in proof.opening], float))
-    clearance.append(np.array([o.clearance for o in proof.opening], float))
-    kinds += ["zone"] * len(proof.zones)
-    pairs.append(np.array([(zone.positioner, -1) for zone in proof.zones], np.int64).reshape(-1, 2))
-    times.append(np.array([zone.time for zone in proof.zones], float))
-    clearance.append(np.array([zone.slider for zone in proof.zones], float))
-    sentences = [""] * len(kinds) + list(proof.violations)
-    count = len(proof.violations)
-    both = np.concatenate([*pairs, np.full((count, 2), -1)])
-    columns: dict[str, Any] = {
-        "kind": [*kinds, *["violation"] * count],
-        "first": both[:, 0],
-        "second": both[:, 1],
-        "time": np.concatenate([*times, np.full(count, np.nan)]),
-        "clearance": np.concatenate([*clearance, np.full(count, np.nan)]),
-        "text": sentences,
-    }
-    return table_hdu("CERTIFICATE", columns, {"time": "s", "clearance": "mm"})

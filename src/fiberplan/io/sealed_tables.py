@@ -15,6 +15,7 @@ from fiberplan.errors import FiberplanError
 from fiberplan.tables.fits_tables import open_fits, table_data
 
 DIGEST = "FPSHA256"
+_UNSEALED = 64 * "0"  # in the place of the digest, which is of the tables as they are written
 MISFITS = (LookupError, ValueError, TypeError, AttributeError, ArithmeticError, RecursionError)
 """What comes of using tables that hold something else than they should."""
 
@@ -37,13 +38,12 @@ def seal(kind: Kind, tables: Sequence[fits.BinTableHDU]) -> bytes:
     primary = fits.PrimaryHDU()
     primary.header["ORIGIN"] = "fiberplan"
     primary.header[kind.keyword] = (kind.version, f"version of the {kind.what} format")
-    draft, final = io.BytesIO(), io.BytesIO()
-    fits.HDUList([primary, *tables]).writeto(draft)
-    content = draft.getvalue()
+    primary.header[DIGEST] = _UNSEALED
+    written = io.BytesIO()
+    fits.HDUList([primary, *tables]).writeto(written)
+    content = written.getvalue()
     with fits.open(io.BytesIO(content), lazy_load_hdus=False, memmap=False) as hdul:
-        primary.header[DIGEST] = digest(kind, hdul, content)
-    fits.HDUList([primary, *tables]).writeto(final)
-    return final.getvalue()
+        return content.replace(_UNSEALED.encode(), digest(kind, hdul, content).encode(), 1)
 
 
 def unseal(

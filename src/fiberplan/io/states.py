@@ -13,8 +13,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from astropy import units
-from astropy.table import QTable
 
 from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
@@ -30,7 +28,9 @@ from fiberplan.problem.agreement import Agreement, second_names_agree, state_agr
 from fiberplan.tables.atomic import write_whole
 from fiberplan.tables.contents import plain_name, read_whole
 from fiberplan.tables.formats import content_format
-from fiberplan.tables.table_reader import InputTable, nearest, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_table
+from fiberplan.tables.wording import nearest
 
 _SHOWN = 12  # how many positioners a note lists
 
@@ -84,6 +84,9 @@ def write_state(state: State, path: str | os.PathLike, plane: FocalPlane) -> Non
     Raises:
         ProblemError: another number of positioners than the focal plane has, or a file that cannot be written.
     """
+    from astropy import units
+    from astropy.table import QTable
+
     if len(state.angles) != plane.n:
         raise ProblemError(f"the state has {len(state.angles)} positioners, the focal plane {plane.n}")
     alpha, beta = np.where(state.unknown[:, None], np.nan, np.degrees(state.angles)).T

@@ -10,6 +10,7 @@
 - `slopes`: how signed clearances change as joints turn
 - `sweep`: whether a pair is clear over a whole step (first order)
 - `boxes`: whether a pair is clear wherever in boxes of joint space it is
+- `box_bounds`: bounds of a clearance over boxes of joint space, and which joint matters most
 - `even_motion`: a lower bound of clearance over an interval of even motion (second order)
 - `neighbours`: neighbour lists in O(n)
 - `randoms`: random numbers that are the same on every platform

@@ -5,6 +5,7 @@
 - `summary`: a plan in words
 - `outcomes`: what can become of a positioner, what of it the problem settles, and who was in the way
 - `closest`: which pairs come closest
+- `loss_proofs`: proofs that a positioner had to lose its goal
 - `bounds`: times that some need, whatever the others do
 - `seeds`: which seeds there are
 - `diagnosis`: who did not arrive and why, what set the duration, how often joints turn back

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiberplan.arrays import Frozen, FrozenDict, shortened
+from fiberplan.arrays.seeds import seed_complaint
 from fiberplan.certificates import Certificate, needed_guesses, verify
 from fiberplan.errors import PlanError
 from fiberplan.motion import Trajectory
 from fiberplan.plan.bounds import Bound
 from fiberplan.plan.outcomes import Outcome, contradictions
 from fiberplan.plan.positioner import PositionerPlan, plan_table, positioner_plan, positioner_plans
-from fiberplan.plan.seeds import seed_complaint
 from fiberplan.plan.summary import about, summary
 from fiberplan.problem import Problem, State
 from fiberplan.registry import io_function, notebook_function

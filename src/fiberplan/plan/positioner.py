@@ -11,7 +11,7 @@ from fiberplan.arrays import Frozen, shortened
 from fiberplan.errors import UnknownPositionerError
 from fiberplan.plan.diagnosis import Loss, losses
 from fiberplan.plan.outcomes import Outcome
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 if TYPE_CHECKING:
     from astropy.table import QTable

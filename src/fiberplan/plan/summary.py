@@ -74,7 +74,7 @@ def _at_most(plan: "Plan") -> str:
     if not proven > 0:
         return ""
     percent = np.ceil(1e3 * (plan.makespan / proven - 1.0) - 1e-6) / 10.0
-    return f"; proven within {max(percent, 0.0):.1f} % of the optimum"
+    return f"; proven within {max(0.0, percent):.1f} % of the optimum"
 
 
 def _over(plan: "Plan", bound: Bound) -> str:

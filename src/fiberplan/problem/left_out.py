@@ -7,7 +7,7 @@ import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.problem.targets import Targets
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 _WHO = ("positioner", "second_names", "rows", "assigned", "disabled")
 _OF_ROWS = (*_WHO, "x", "y", "priority", "fiber", "parity", "angles", "base")

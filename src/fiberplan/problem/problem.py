@@ -12,70 +12,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiberplan.arrays import LARGEST, Frozen, FrozenDict, number, read_only, shortened, told_apart
+from fiberplan.arrays import LARGEST, Frozen, FrozenDict, number, read_only, shortened
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.clearance import clearances
-from fiberplan.kernels.depth import signed_clearances
 from fiberplan.problem.configuration_choice import clear_goals
+from fiberplan.problem.faults import Touch, named, out_of_range, refuse_touching, touches
+from fiberplan.problem.goals import Dropped, settled_goals
 from fiberplan.problem.guesses import fitted
-from fiberplan.problem.least_cover import least_loss
 from fiberplan.problem.left_out import of_known_positioners
+from fiberplan.problem.solution import refuse_unreachable
+from fiberplan.problem.starts import starting_state
 from fiberplan.problem.state import State
-from fiberplan.problem.targets import MOST_PRIORITY, Targets, refuse_unreachable
+from fiberplan.problem.targets import MOST_PRIORITY, Targets
 from fiberplan.tolerances import EQUALITY, RANGE, START_RANGE
-
-_SHOWN = 4  # how many contacts an error message lists
-
-
-def _with_unknown(plane: FocalPlane, targets: Targets, start: np.ndarray | State | None) -> State:
-    """The state to begin in: who has no position in the targets' source is offline, where the start says or folded."""
-    if isinstance(start, State):
-        state = start
-    else:
-        angles = plane.folded if start is None else read_only(start, unit="rad", name="start", error=ProblemError)
-        unsaid = np.zeros(plane.n, bool)
-        if angles.shape == (plane.n, 2):
-            lost = [plane.names[id_] for id_ in targets.offline]
-            unsaid[lost] = True if start is None else np.isnan(angles[lost]).any(axis=1)
-            angles = np.where(unsaid[:, None], plane.folded, angles)
-        if angles.shape != (plane.n, 2):
-            raise ProblemError(f"start must have shape ({plane.n}, 2), got {angles.shape}")
-        bad = np.flatnonzero(~np.isfinite(angles).all(axis=1))
-        if len(bad):
-            raise ProblemError(f"start: positioner '{plane.ids[bad[0]]}' has no finite angles", (int(bad[0]),))
-        state = State(angles, plane.online, unknown=unsaid, source=targets.source)
-    online, notes = state.online.copy(), list(state.notes)
-    disabled = targets.disabled_at(plane)
-    at, unknown = state.angles.copy(), state.unknown.copy()
-    for i, (pose, _) in disabled.items():
-        online[i] = False
-        if start is None:
-            at[i], unknown[i] = (plane.folded[i], True) if np.isnan(pose).any() else (pose, False)
-    state = dataclasses.replace(state, angles=at, online=online, unknown=unknown)
-    texts = []
-    for i, (_, row) in disabled.items():
-        alpha, beta = np.degrees(at[i])
-        texts.append(f"{plane.ids[i]} ({row}) at alpha {alpha:.6g}, beta {beta:.6g} deg")
-    if texts:
-        notes.append(f"disabled in {targets.source}, so offline where they stand: {'; '.join(texts)}")
-    for id_ in targets.offline:
-        i = plane.names[id_]
-        online[i] = False
-        alpha, beta = np.degrees(state.angles[i])
-        notes.append(
-            f"positioner '{id_}': its position is unknown in {targets.source}, so it is taken as offline, "
-            f"{'folded' if state.unknown[i] else 'where the start says'}, at alpha {alpha:.6g}, beta {beta:.6g} deg"
-        )
-    return dataclasses.replace(state, online=online, notes=tuple(notes))
-
-
-@dataclass(frozen=True)
-class Dropped:
-    """Why a goal was given up before planning."""
-
-    cause: str
-    blockers: tuple[int, ...] = ()  #: positioners it touches; -1 - k is obstacle k
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +66,9 @@ class Problem(Frozen):
         self._check_values()
         object.__setattr__(self, "requested", self.goal)
         self._check_start()
-        self._settle_goals()
+        goal, dropped = settled_goals(self)
+        object.__setattr__(self, "goal", goal)
+        object.__setattr__(self, "dropped", FrozenDict(dropped))
 
     @classmethod
     def as_settled(cls, plane: FocalPlane, *, requested: np.ndarray, **fields: Any) -> "Problem":
@@ -148,7 +99,7 @@ class Problem(Frozen):
         wrong[list(problem.dropped)] |= kept[list(problem.dropped)]
         if wrong.any():
             i = int(np.argmax(wrong))
-            raise ProblemError(f"goal: {problem._name(i)} has a goal that is not the one it was asked for", (i,))
+            raise ProblemError(f"goal: {named(plane, i)} has a goal that is not the one it was asked for", (i,))
         return problem
 
     def _take_state(self, state: State) -> None:
@@ -218,7 +169,7 @@ class Problem(Frozen):
         if bad.any():
             i, k = (int(index) for index in np.argwhere(bad)[0])
             raise ProblemError(
-                f"alternatives: {self._name(i)}: number {k + 1} must be two finite angles, or two NaN", (i,)
+                f"alternatives: {named(self.plane, i)}: number {k + 1} must be two finite angles, or two NaN", (i,)
             )
         return others
 
@@ -227,7 +178,7 @@ class Problem(Frozen):
             if not (isinstance(i, int | np.integer) and 0 <= i < self.plane.n):
                 raise ProblemError(f"dropped: there is no positioner {shortened(i)} among {self.plane.n}")
             if not isinstance(why, Dropped):
-                raise ProblemError(f"dropped: {self._name(int(i))} needs a Dropped, got {shortened(repr(why))}")
+                raise ProblemError(f"dropped: {named(self.plane, int(i))} needs a Dropped, got {shortened(repr(why))}")
         return FrozenDict({int(i): why for i, why in self.dropped.items()})
 
     def __repr__(self) -> str:
@@ -284,7 +235,7 @@ class Problem(Frozen):
                 )
         problem = cls(
             plane,
-            start=_with_unknown(plane, targets, start),  # type: ignore[arg-type]
+            start=starting_state(plane, targets, start),  # type: ignore[arg-type]
             goal=goal,
             margin=margin,
             priority=solution.priority,
@@ -308,7 +259,9 @@ class Problem(Frozen):
     def _refuse_folded_beside(self, disabled: Mapping[int, Any]) -> None:
         """A start that nobody stated is no start where a folded arm would overlap a disabled one."""
         inside = [c for c in self._start_contacts if c[2] < 0 and any(arm in disabled for arm in c[:2])]
-        self._refuse_contacts("start: these cannot be folded beside disabled arms; say where they stand", inside)
+        refuse_touching(
+            self.plane, self.margin, "start: these cannot be folded beside disabled arms; say where they stand", inside
+        )
 
     @cached_property
     def roomy(self) -> FocalPlane:
@@ -325,13 +278,13 @@ class Problem(Frozen):
         return tuple((a, self.plane.public(b), gap) for a, b, gap in self._start_contacts)
 
     @cached_property
-    def _start_contacts(self) -> list[tuple[int, int, float]]:
-        return self._contacts(self.start)
+    def _start_contacts(self) -> list[Touch]:
+        return touches(self.roomy, self.start, self.margin)
 
     @property
     def needs_opening(self) -> bool:
         """Whether the start is nearer than a planner can begin with, or a joint of it a little out of range."""
-        return bool(self.opening) or bool(self._out_of_range(self._movable_start))
+        return bool(self.opening) or bool(out_of_range(self.plane, self._movable_start))
 
     @property
     def _movable_start(self) -> np.ndarray:
@@ -348,123 +301,13 @@ class Problem(Frozen):
         """(n,) whether a positioner has a goal that is kept."""
         return ~np.isnan(self.goal[:, 0])
 
-    def _name(self, arm: int) -> str:
-        """Positioner or obstacle (arm n + k) as people know it."""
-        if arm < self.n:
-            return f"positioner '{self.plane.ids[arm]}'"
-        return f"obstacle '{self.plane.obstacles[arm - self.n].name}'"
-
-    def _out_of_range(self, angles: np.ndarray, allowed: float = RANGE) -> dict[int, str]:
-        """Positioner -> complaint, for angles outside the joint ranges or in a zone of avoidance (NaN rows are not)."""
-        plane = self.plane
-        zones = {
-            i: f"{self._name(i)}: {plane.avoidance(i, angles)}"
-            for i in map(int, np.flatnonzero(plane.in_avoidance(angles)))
-        }
-        outside = np.argwhere((angles < plane.lower - allowed) | (angles > plane.upper + allowed))
-        ends = np.degrees(np.stack([angles, plane.lower, plane.upper]))
-        shown = [(i, k, told_apart(*ends[:, i, k].tolist(), digits=6, kind="g")) for i, k in outside[::-1]]
-        return zones | {
-            int(i): f"{self._name(i)}: {('alpha', 'beta')[k]} {given} deg is outside {low} to {high} deg"
-            for i, k, (given, low, high) in shown
-        }
-
-    def _forbidden(self, goal: np.ndarray) -> dict[int, str]:
-        """Positioner -> complaint, for goals at which its default fiber ends where no fiber may."""
-        plane = self.plane
-        if not len(plane.forbidden):
-            return {}
-        ends = plane.fibers(goal)
-        found = {}
-        for i, disc in enumerate(plane.forbidden_at(ends).tolist()):
-            if disc >= 0:
-                x, y, radius = plane.forbidden[disc]
-                away = float(np.hypot(ends[i, 0] - x, ends[i, 1] - y))
-                off, size = told_apart(away, float(radius))
-                found[i] = (
-                    f"{self._name(i)}: its fiber would end {off} mm from ({x:.3f}, {y:.3f}) mm, the middle of a "
-                    f"forbidden place of radius {size} mm"
-                )
-        return found
-
-    def _contacts(self, angles: np.ndarray) -> list[tuple[int, int, float]]:
-        """Pairs of arms closer than the margin at `angles`, at least one of them online, with their clearance [mm].
-
-        Arms without angles (NaN rows) are nowhere, and touch nothing.
-        """
-        plane, needed = self.roomy, self.margin + EQUALITY
-        pairs = plane.arm_pairs_within(needed)
-        there = np.concatenate([~np.isnan(angles[:, 0]), np.ones(len(plane.obstacles), bool)])
-        moves = np.concatenate([plane.online, np.zeros(len(plane.obstacles), bool)])
-        i, j = pairs.T
-        pairs = read_only(pairs[there[i] & there[j] & (moves[i] | moves[j])], np.int64)
-        gaps = clearances(plane.arms, plane.with_obstacles(angles), pairs)
-        near = read_only(pairs[~(gaps >= needed)], np.int64)
-        depths = signed_clearances(plane.arms, plane.with_obstacles(angles), near)  # 0 would hide that outlines overlap
-        return [(int(a), int(b), float(gap)) for (a, b), gap in zip(near, depths, strict=True)]
-
-    def _contact_text(self, a: int, b: int, gap: float) -> str:
-        """Two that are too near; "overlap" only where surfaces do."""
-        names = f"{self._name(a)} and {self._name(b)}"
-        if gap < 0:
-            return f"{names} overlap (clearance {gap:.3f} mm, margin {self.margin:g} mm)"
-        digits = 3 if abs(gap - self.margin) >= 5e-4 else 6  # enough for the two numbers to differ
-        return f"{names} are {gap:.{digits}f} mm apart, nearer than the margin of {self.margin:g} mm"
-
-    def _refuse_contacts(self, what: str, contacts: list[tuple[int, int, float]]) -> None:
-        if not contacts:
-            return
-        text = "; ".join(self._contact_text(*c) for c in contacts[:_SHOWN])
-        if len(contacts) > _SHOWN:
-            text += f"; and {len(contacts) - _SHOWN} more"
-        named = sorted({arm for a, b, _ in contacts for arm in (a, b) if arm < self.n})
-        raise ProblemError(f"{what}: {text}", tuple(named))
-
     def _check_start(self) -> None:
         bad = np.flatnonzero(~np.all(np.isfinite(self.start), axis=1))
         if len(bad):
-            raise ProblemError(f"start: {self._name(bad[0])} has no finite angles", (int(bad[0]),))
-        far = self._out_of_range(self._movable_start, START_RANGE if self.near_start == "open" else RANGE)
+            raise ProblemError(f"start: {named(self.plane, bad[0])} has no finite angles", (int(bad[0]),))
+        far = out_of_range(self.plane, self._movable_start, START_RANGE if self.near_start == "open" else RANGE)
         if far:
             raise ProblemError(f"start: {next(iter(far.values()))}", tuple(far))
         if self.near_start == "raise":
-            self._refuse_contacts("start", [c for c in self._start_contacts if not c[2] >= self.margin - EQUALITY])
-
-    def _settle_goals(self) -> None:
-        """Refuse or drop the goals that cannot be kept, and clear the rows that no planner has to reach."""
-        goal, drop = self.goal.copy(), self.conflicts == "drop"
-        assert self.priority is not None  # set on construction, as `wished` is
-        assert self.wished is not None
-        half = np.flatnonzero(np.isnan(goal).any(axis=1) != np.isnan(goal).all(axis=1))
-        if len(half):
-            raise ProblemError(f"goal: {self._name(half[0])} has only one of two angles", (int(half[0]),))
-        if np.isinf(goal).any():
-            i = int(np.argwhere(np.isinf(goal))[0, 0])
-            raise ProblemError(f"goal: {self._name(i)} has an infinite angle", (i,))
-        goal[~self.plane.online] = np.nan
-        goal[list(self.dropped)] = np.nan
-        dropped = dict(self.dropped)
-        for what, find in (("out of reach", self._out_of_range), ("forbidden place", self._forbidden)):
-            found = find(goal)
-            refused = tuple(i for i in found if not self.wished[i])
-            if refused and not drop:
-                raise ProblemError(f"goal: {found[refused[0]]}", refused)
-            for i, complaint in found.items():
-                dropped[i] = Dropped(f"{what}: {complaint}")
-                goal[i] = np.nan
-        resting = np.where(self.plane.online[:, None], goal, self.start)
-        contacts = self._contacts(resting)
-        can_yield = np.concatenate([self.plane.online, np.zeros(len(self.plane.obstacles), bool)])
-        if not drop:
-            can_yield[: self.n] &= self.wished
-            self._refuse_contacts("goal", [c for c in contacts if not can_yield[list(c[:2])].any()])
-        weight = self.priority
-        if self.wished.any():  # even a target without weight goes before a wish
-            weight = np.where(self.wished, 0.0, np.maximum(weight, np.finfo(float).tiny))
-        for i, blockers in least_loss([(a, b) for a, b, _ in contacts], can_yield, weight).items():
-            texts = [self._contact_text(*c) for c in contacts if i in c[:2]]
-            touched = tuple(self.plane.public(b) for b in blockers)
-            dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), touched)
-            goal[i] = np.nan
-        object.__setattr__(self, "goal", read_only(goal))
-        object.__setattr__(self, "dropped", FrozenDict(sorted(dropped.items())))
+            near = [touch for touch in self._start_contacts if not touch[2] >= self.margin - EQUALITY]
+            refuse_touching(self.plane, self.margin, "start", near)

@@ -1,4 +1,4 @@
-"""Targets: where fibers are wanted, and the joint angles that put them there.
+"""Targets: where fibers are wanted; `solution` has the joint angles that put them there.
 
 A target belongs to one positioner (assignment is not done here) and is a point [mm], or commanded angles where the file
 gives them. Parity names the elbow solution: +1 is right (beta > 0), -1 left.
@@ -7,42 +7,24 @@ gives them. Parity names the elbow solution: +1 is right (beta > 0), -1 left.
 import dataclasses
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiberplan.arrays import Frozen, read_only, shortened, texts, told_apart
+from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.focal_plane.inverse_kinematics import solutions
-from fiberplan.focal_plane.two_link import reach
-from fiberplan.problem.agreement import NAMED, Agreement, agreement, distances, second_names_agree
+from fiberplan.problem.solution import Solution, refuse_unreachable, solved
 from fiberplan.registry import io_function
-from fiberplan.tables.table_reader import nearest
-from fiberplan.tolerances import ARRIVAL
+from fiberplan.tables.wording import nearest
 
 if TYPE_CHECKING:
     from astropy.table import QTable, Table
 
 MOST_PRIORITY = 1e12  #: so that whole numbers of them can be added up exactly
-_SHOWN = 4  # how many unreachable targets an error message lists
 _UNITS = {"x": "mm", "y": "mm", "angles": "rad"}
 _PLACE = 0.05  # [mm] a positioner named by its place stands no farther from there (files have six digits)
-
-
-class Solution(NamedTuple):
-    """What targets ask of each positioner of a focal plane."""
-
-    goal: np.ndarray  #: (n, 2) commanded angles [rad]; NaN rows have no target that can be reached
-    alternatives: np.ndarray  #: (n, k, 2) other angles that reach the same target, NaN-padded [rad]
-    unreachable: dict[int, str]  #: positioner -> why its target is out of reach
-    lacking: dict[int, str]  #: positioner -> which fiber its target names that it does not carry
-    priority: np.ndarray  #: (n,) 1 without a target
-    apart: dict[int, str]  #: positioner -> how far its target's angles and position disagree
-    notes: tuple[str, ...]  #: how well angles and positions agree
-    named: tuple[str, ...]  #: of the notes, what a proof rests on
-    wished: np.ndarray  #: (n,) goals of idle positioners, which give way to targets
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +106,8 @@ class Targets(Frozen):
         given = ~np.isnan(self.angles[:, 0])
         return given & np.isnan(self.x + self.y) if self.prefer == "xy" else given
 
-    def _fail(self, row: int | np.integer, complaint: str) -> TargetError:
+    def fail(self, row: int | np.integer, complaint: str) -> TargetError:
+        """The error to raise about a row."""
         return TargetError(f"{self.source}: {self.rows[row]}: {complaint}")
 
     def _validate(self) -> None:
@@ -135,22 +118,22 @@ class Targets(Frozen):
         angles = self.angles
         for row in np.flatnonzero(np.isinf(angles).any(axis=1) | (np.isnan(angles[:, 0]) != np.isnan(angles[:, 1]))):
             shown = ", ".join(f"{np.degrees(a):.6g}" for a in angles[row])
-            raise self._fail(row, f"alpha, beta are {shown} deg: both must be finite, or both be left out")
+            raise self.fail(row, f"alpha, beta are {shown} deg: both must be finite, or both be left out")
         for name in ("x", "y"):
             value = getattr(self, name)
             for row in np.flatnonzero(np.isinf(value) | (np.isnan(value) & ~self.commanded)):
-                raise self._fail(row, f"{name} is {value[row]}")
+                raise self.fail(row, f"{name} is {value[row]}")
         for row in np.flatnonzero(~(np.isfinite(self.priority) & (self.priority >= 0))):
-            raise self._fail(row, f"priority is {self.priority[row]:g}, expected a finite number of 0 or more")
+            raise self.fail(row, f"priority is {self.priority[row]:g}, expected a finite number of 0 or more")
         for row in np.flatnonzero(~np.isin(self.parity, (-1, 0, 1))):
-            raise self._fail(row, f"parity is {self.parity[row]:g}, expected +1 (right), -1 (left) or 0 (either)")
+            raise self.fail(row, f"parity is {self.parity[row]:g}, expected +1 (right), -1 (left) or 0 (either)")
         seen: dict[str, int] = {}
         for k, id_ in enumerate(self.positioner or ()):
             if (first := seen.setdefault(id_, k)) != k:
-                raise self._fail(k, f"positioner '{id_}' already has a target in {self.rows[first]}")
+                raise self.fail(k, f"positioner '{id_}' already has a target in {self.rows[first]}")
         for id_ in self.offline:
             if id_ in seen:
-                raise self._fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
+                raise self.fail(seen[id_], f"positioner '{id_}' has a target but its position is unknown")
 
     @classmethod
     def read(
@@ -227,12 +210,12 @@ class Targets(Frozen):
             return self._standing_at(plane)
         if self.positioner is None:
             raise TargetError(
-                f"{self.source}: no column 'positioner': say which positioner takes which target, "
-                "assignment is not done here"
+                f"{self.source}: no column 'positioner': say which positioner takes which target, or let "
+                "`fiberplan allocate` say it"
             )
         for row, id_ in enumerate(self.positioner):
             if id_ not in plane.names:
-                raise self._fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
+                raise self.fail(row, f"{plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
         for id_ in self.offline:
             if id_ not in plane.names:
                 raise TargetError(f"{self.source}: {plane.name} has no positioner '{id_}'{nearest(id_, plane.names)}")
@@ -240,7 +223,7 @@ class Targets(Frozen):
         first: dict[int, int] = {}
         for row, i in enumerate(who.tolist()):
             if (before := first.setdefault(i, row)) != row:  # under its id and its second name
-                raise self._fail(row, f"positioner '{plane.ids[i]}' already has a target in {self.rows[before]}")
+                raise self.fail(row, f"positioner '{plane.ids[i]}' already has a target in {self.rows[before]}")
         return who
 
     def disabled_at(self, plane: FocalPlane) -> dict[int, tuple[np.ndarray, str]]:
@@ -275,17 +258,6 @@ class Targets(Frozen):
             )
         return np.asarray(who[:m], np.int64)
 
-    def _offsets(self, plane: FocalPlane, who: np.ndarray) -> np.ndarray:
-        """(m, 2) of each target's fiber in its beta link's frame [mm]; NaN where the positioner lacks that fiber."""
-        offset = plane.fiber[who]
-        known = {name.lower(): name for name in plane.fiber_offsets}
-        for row, name in enumerate(self.fiber or ()):
-            if name and name.lower() not in known:
-                raise self._fail(row, f"{plane.name} has no fiber '{name}'; it has {', '.join(plane.fiber_offsets)}")
-            if name:
-                offset[row] = plane.fiber_offsets[known[name.lower()]][who[row]]
-        return offset
-
     def solve(self, plane: FocalPlane) -> Solution:
         """Joint angles for every target: of several, those reached soonest from folded (ties: right elbow).
 
@@ -296,89 +268,7 @@ class Targets(Frozen):
             TargetError: targets without positioners, a positioner or fiber that `plane` does not have, targets of
                 another observatory, or a field of which most rows disagree by more than 0.2 mm and `prefer` is not set.
         """
-        if self.site and plane.site and self.site.lower() != plane.site.lower():
-            raise TargetError(f"{self.source}: is of {self.site}, but {plane.name} is of {plane.site}")
-        who = self.indices(plane)
-        offset = self._offsets(plane, who)
-        points = np.stack([self.x, self.y], axis=1)
-        renamed = second_names_agree(plane, who, self.second_names, self.source, bool(self.prefer))
-        agreed, commanded = self._agreement(plane, who, points)
-        if not plane.kinematics.has_parities and np.any(self.parity):
-            row = int(np.argmax(self.parity != 0))
-            raise self._fail(row, f"parity is given, but {plane.kinematics.name} arms have none")
-        found = solutions(plane, who, points, offset, self.parity)
-        found[np.hypot(self.x, self.y) > plane.field_radius] = np.nan
-        found[commanded] = np.nan
-        found[commanded, 0] = self._within_range(plane, who, offset)[commanded]
-        found[list(agreed.apart)] = np.nan
-        most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
-
-        goal = np.full((plane.n, 2), np.nan)
-        alternatives = np.full((plane.n, most - 1, 2), np.nan)
-        priority = np.ones(plane.n)
-        goal[who], alternatives[who], priority[who] = found[:, 0], found[:, 1:most], self.priority
-        lost = np.flatnonzero(np.isnan(found[:, 0, 0]))
-        lacks = np.isnan(offset).any(axis=1)
-        why = {int(r): r not in agreed.apart and not lacks[r] for r in lost}
-        unreachable = {int(who[r]): self._why_unreachable(plane, r, who, offset) for r, is_far in why.items() if is_far}
-        lacking = {int(who[r]): self._which_fiber(plane, int(r), int(who[r])) for r in np.flatnonzero(lacks)}
-        wished = np.zeros(plane.n, bool)
-        wished[who] = ~self.assigned
-        return Solution(
-            goal=read_only(goal),
-            alternatives=read_only(alternatives),
-            unreachable=unreachable,
-            lacking=lacking,
-            priority=read_only(priority),
-            apart={int(who[r]): text for r, text in agreed.apart.items()},
-            notes=(*renamed, *agreed.notes),
-            named=agreed.named,
-            wished=read_only(wished, bool),
-        )
-
-    def _within_range(self, plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
-        """(m, 2) the angles [rad], at the end of a joint's range where that is within what counts as arrived."""
-        far = np.hypot(*plane.fiber[who].T) > np.hypot(*offset.T)
-        lever = plane.kinematics.levers(plane, who, np.where(far[:, None], plane.fiber[who], offset))
-        clipped = np.clip(self.angles, plane.lower[who], plane.upper[who])
-        near = (np.abs(clipped - self.angles) * lever).sum(axis=1) <= ARRIVAL
-        return np.where(near[:, None], clipped, self.angles)
-
-    def _agreement(self, plane: FocalPlane, who: np.ndarray, points: np.ndarray) -> tuple[Agreement, np.ndarray]:
-        """How well angles and positions of the same rows agree, and (m,) which rows are taken as angles.
-
-        A disabled positioner stands at its angles: if its position is elsewhere, that is a target which it loses.
-        """
-        known = {name.lower(): name for name in plane.fiber_offsets}
-        fibers = [known[name.lower()] if name else "" for name in self.fiber or [""] * len(self)]
-        away = distances(plane, who, fibers, self.angles, points)
-        names = [f"{plane.ids[i]} in {row}" for i, row in zip(who, self.rows, strict=True)]
-        elsewhere = self.disabled & (away > NAMED)
-        commanded = (self.commanded | (self.disabled & ~np.isnan(self.angles[:, 0]))) & ~elsewhere
-        agreed = agreement(np.where(elsewhere, np.nan, away), names, self.source, plane.name, self.prefer)
-        return agreed, commanded
-
-    def _which_fiber(self, plane: FocalPlane, row: int, i: int) -> str:
-        """Which fiber the target in `row` names that positioner `i` does not carry."""
-        assert self.fiber is not None  # all carry the default fiber
-        carried = ", ".join(name for name in plane.fiber_offsets if plane.carries(name)[i])
-        return f"its target in {self.rows[row]} needs the fiber '{self.fiber[row]}', and it has {carried}"
-
-    def _why_unreachable(self, plane: FocalPlane, row: int, who: np.ndarray, offset: np.ndarray) -> str:
-        i = who[row]
-        from_middle = float(np.hypot(self.x[row], self.y[row]))
-        if from_middle > plane.field_radius:
-            far, edge = told_apart(from_middle, plane.field_radius)
-            return f"its target in {self.rows[row]} is {far} mm from the middle, outside the field of radius {edge} mm"
-        distance = float(np.hypot(*(np.array([self.x[row], self.y[row]]) - plane.base[i])))
-        inner, outer = (float(edge[0]) for edge in reach(plane, who[[row]], offset[[row]]))
-        far, low, high = told_apart(distance, inner, outer)
-        text = f"its target in {self.rows[row]} is {far} mm from its base, reach {low} to {high} mm"
-        if plane.kinematics.has_avoidance:
-            return text + ", and no configuration brings it there within joint ranges and outside the zone of avoidance"
-        if inner <= distance <= outer:
-            text += ", but no elbow solution that is allowed lies within its joint ranges"
-        return text
+        return solved(self, plane)
 
     def configuration(self, plane: FocalPlane) -> np.ndarray:
         """Goal angles (n, 2) [rad]; NaN rows for positioners without a target.
@@ -389,16 +279,3 @@ class Targets(Frozen):
         solution = self.solve(plane)
         refuse_unreachable(plane, self.source, solution)
         return solution.goal
-
-
-def refuse_unreachable(plane: FocalPlane, source: str, solution: Solution) -> None:
-    """Raise a `TargetError` that names the targets out of reach, if there are any; idle positioners have none."""
-    for what, found in (
-        ("no such fiber", solution.lacking),
-        ("angles and position disagree", solution.apart),
-        ("out of reach", solution.unreachable),
-    ):
-        texts = [f"positioner '{plane.ids[i]}': {why}" for i, why in found.items() if not solution.wished[i]]
-        if texts:
-            more = f"; and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-            raise TargetError(f"{source}: {what}: {'; '.join(texts[:_SHOWN])}{more}")

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fiberplan.arrays import number
+from fiberplan.arrays.seeds import generator
 from fiberplan.errors import InstrumentError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
@@ -37,6 +38,7 @@ def assignment_plan(
         InstrumentError: a focal plane without a field radius.
         TargetError: a count that is not from 1 to the number of online arms, a separation that is not a length, or no
             such plan found.
+        ProblemError: a seed that is none.
     """
     separation = number(separation, "mm", "separation", TargetError)
     margin = number(margin, "mm", "margin", TargetError)
@@ -48,7 +50,7 @@ def assignment_plan(
         raise TargetError(f"{count} targets for {len(online)} online arms: expected 1 to {len(online)}")
     if not (np.isfinite(separation) and separation >= 0):
         raise TargetError(f"separation must be a length of 0 mm or more, got {separation}")
-    rng = np.random.default_rng(seed)
+    rng = generator(seed)
     points = np.empty((0, 2))
     for _ in range(_ROUNDS):
         points = _filled(plane, rng, points, count, separation)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from fiberplan.arrays import number, read_only
+from fiberplan.arrays.seeds import generator
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.inverse_kinematics import solutions
@@ -38,9 +39,10 @@ def clustered_targets(plane: FocalPlane, seed: int, margin: float = 0.0) -> Targ
 
     Raises:
         TargetError: no positioner reaches a target.
+        ProblemError: a seed that is none.
     """
     margin = number(margin, "mm", "margin", ProblemError)
-    rng = np.random.default_rng(seed)
+    rng = generator(seed)
     points = _thomas_process(plane, rng)
     priority = rng.choice(PRIORITIES, size=len(points), p=SHARES)
     who, which, angles = _reachable(plane, points)

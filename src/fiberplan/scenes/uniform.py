@@ -3,6 +3,7 @@
 import numpy as np
 
 from fiberplan.arrays import number, read_only
+from fiberplan.arrays.seeds import generator
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood, touching
@@ -25,10 +26,11 @@ def uniform_field(
 
     Raises:
         ValueError: no contact-free field was found within `most_rounds` rounds of redrawing.
+        ProblemError: a seed that is none.
     """
     margin = number(margin, "mm", "margin", ProblemError)
     begin = plane.folded if start is None else read_only(start, unit="rad", name="start", error=ProblemError)
-    rng = np.random.default_rng(seed)
+    rng = generator(seed)
     angles = begin.copy()
     online = np.flatnonzero(plane.online)
     angles[online] = plane.kinematics.random(plane, rng, online)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from fiberplan.arrays import number, read_only
+from fiberplan.arrays.seeds import seed_complaint
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.plan.seeds import seed_complaint
 from fiberplan.planners import Direct
 from fiberplan.planners.protocol import Planner
 from fiberplan.problem import State

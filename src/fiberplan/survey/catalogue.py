@@ -7,6 +7,7 @@ count against each other within a tier; no target of a tier is given up for one 
 import dataclasses
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +18,8 @@ from fiberplan.io.target_files import refuse_plan
 from fiberplan.problem import Targets
 from fiberplan.problem.targets import MOST_PRIORITY
 from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import InputTable, given_table, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import given_table, read_table
 
 SCIENCE = "science"  #: the category of whatever has none
 
@@ -86,7 +88,13 @@ class Catalogue(Frozen):
         return len(self.x)
 
     def some(self, rows: np.ndarray, places: np.ndarray, source: str) -> "Catalogue":
-        """Those in `rows` (k,), at `places` (k, 2) [mm], as the catalogue of that name; rows are known by their ids."""
+        """Some of these targets elsewhere, as a field has them; rows are known by their ids.
+
+        Args:
+            rows: (k,) which.
+            places: (k, 2) where they are in that field [mm].
+            source: what messages call the new catalogue.
+        """
         assert self.fiber is not None  # set on construction
         assert self.category is not None  # likewise
         chosen = rows.tolist()
@@ -132,21 +140,22 @@ class Catalogue(Frozen):
 
         Args:
             path: of the file.
-            priority_order: which priorities matter more in it; "smaller" turns them round, so that all are worth
-                something.
+            priority_order: which priorities matter more in it; "smaller" turns them round, as `turned` does.
 
         Raises:
             TargetError: a file, column, unit or value that cannot be used; one line that names it.
         """
         if priority_order not in ("larger", "smaller"):
             raise TargetError(f"priority_order must be 'larger' or 'smaller', got '{priority_order}'")
-        content = read_whole(path, TargetError)
+        content = read_whole(Path(path), TargetError)
         refuse_plan(path, content)
         found = cls.from_columns(read_table(path, TargetError, content, wanted=_WANTED))
-        if priority_order == "larger":
-            return found
-        worst, best = found.priority.max(), max(found.priority.min(), 1.0)  # nobody takes what is worth 0
-        return dataclasses.replace(found, priority=worst + best - found.priority)
+        return found if priority_order == "larger" else found.turned()
+
+    def turned(self) -> "Catalogue":
+        """The same with priorities turned round, so that the smallest matters most; all are worth something."""
+        worst, best = self.priority.max(), max(self.priority.min(), 1.0)  # nobody takes what is worth 0
+        return dataclasses.replace(self, priority=worst + best - self.priority)
 
     @classmethod
     def from_columns(cls, table: InputTable, places: np.ndarray | None = None) -> "Catalogue":

@@ -50,7 +50,13 @@ class ConflictTable(csr_array):
 
     @classmethod
     def of(cls, options: Options, pairs: np.ndarray, blocked: Blocked) -> "ConflictTable":
-        """The table of the options that `pairs` (k, 2) says touch."""
+        """A table of which options touch.
+
+        Args:
+            options: rows and columns.
+            pairs: (k, 2) of options that touch, each once.
+            blocked: options that nobody can take.
+        """
         ends = np.concatenate([pairs, pairs[:, ::-1]]) if len(pairs) else pairs
         m = len(options)
         table = cls((np.ones(len(ends), bool), (ends[:, 0], ends[:, 1])), shape=(m, m))
@@ -117,6 +123,7 @@ def touching_options(there: Problem, moving: Options) -> ConflictTable:
     free = by[:m] < 0
     place = np.cumsum(free) - 1
     kept = found[(by[found] < 0).all(axis=1) & (found < m).all(axis=1)]
+    kept = kept[moving.target[kept[:, 0]] != moving.target[kept[:, 1]]]  # those on one target exclude each other anyway
     who = np.array([plane.public(arm) for arm in by[:m][~free]], np.int64)
     return ConflictTable.of(moving.kept(free), place[kept], Blocked(moving.kept(~free), read_only(who, np.int64)))
 

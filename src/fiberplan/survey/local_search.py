@@ -17,17 +17,19 @@ from fiberplan.survey.choices import Choices
 
 
 class _Set(NamedTuple):
-    """A set of options, and what has to be known of it."""
+    """A set of options, and what has to be known of it: a step looks at many options, and changes few."""
 
     held: np.ndarray  #: (places,) the option at each place, -1: none
     size: np.ndarray  #: (groups,) members in each group
     total: np.ndarray  #: (levels,)
+    rivals: np.ndarray  #: (m,) members that have to go before an option can come in
+    in_group: np.ndarray  #: (m,) those of them that are of its own group
+    loss: np.ndarray  #: (m, levels) what its rivals are worth
 
 
 class _Room(NamedTuple):
     """Room to work in."""
 
-    rivals: np.ndarray  #: (n + 2,)
     candidates: np.ndarray  #: (m,)
     seen: np.ndarray  #: (m,) the step in which an option became a candidate
     journal: np.ndarray  #: what was put in (option) and taken out (-1 - option) in this step
@@ -41,41 +43,38 @@ def _is_in(choices, chosen, v):
 
 
 @leaf
-def _rivals(choices, chosen, v, rivals):
-    """Members that have to go before option v can come in; how many, -1 if it cannot, its group being full."""
-    count = 0
-    u, w = chosen.held[choices.place[v, 0]], chosen.held[choices.place[v, 1]]
-    if u >= 0:
-        rivals[count] = u
-        count += 1
-    if w >= 0 and w != u:
-        rivals[count] = w
-        count += 1
-    for k in range(choices.touch_first[v], choices.touch_first[v + 1]):
-        t = choices.touch[k]
-        if t != w and _is_in(choices, chosen, t):
-            rivals[count] = t
-            count += 1
+def _may_come(choices, chosen, v):
+    """Whether option v can come in once its rivals are gone: its group is not full of others."""
     g = choices.group[v]
-    if g >= 0:
-        inside = chosen.size[g]
-        for b in range(count):
-            if choices.group[rivals[b]] == g:
-                inside -= 1
-        if inside >= choices.need[g]:
-            return -1
-    return count
+    return g < 0 or chosen.size[g] - chosen.in_group[v] < choices.need[g]
+
+
+@inlined
+def _tell(choices, chosen, v, u, sign):
+    """Option v has u as a rival from now on (1), or no longer (-1)."""
+    chosen.rivals[v] += sign
+    if choices.group[u] >= 0 and choices.group[u] == choices.group[v]:
+        chosen.in_group[v] += sign
+    for level in range(choices.weight.shape[1]):
+        chosen.loss[v, level] += sign * choices.weight[u, level]
 
 
 @leaf
-def _change(choices, chosen, v, sign):
-    """Put option v in (1) or take it out (-1)."""
-    for k in range(2):
-        chosen.held[choices.place[v, k]] = v if sign > 0 else -1
-    if choices.group[v] >= 0:
-        chosen.size[choices.group[v]] += sign
+def _change(choices, chosen, u, sign):
+    """Put option u in (1) or take it out (-1), and tell all that it excludes."""
+    robot, target = choices.place[u, 0], choices.place[u, 1]
+    chosen.held[robot] = chosen.held[target] = u if sign > 0 else -1
+    if choices.group[u] >= 0:
+        chosen.size[choices.group[u]] += sign
     for level in range(choices.weight.shape[1]):
-        chosen.total[level] += sign * choices.weight[v, level]
+        chosen.total[level] += sign * choices.weight[u, level]
+    for k in range(choices.place_first[robot], choices.place_first[robot + 1]):
+        _tell(choices, chosen, choices.at_place[k], u, sign)
+    for k in range(choices.place_first[target], choices.place_first[target + 1]):
+        if choices.place[choices.at_place[k], 0] != robot:  # told already
+            _tell(choices, chosen, choices.at_place[k], u, sign)
+    for k in range(choices.touch_first[u], choices.touch_first[u + 1]):
+        _tell(choices, chosen, choices.touch[k], u, sign)
 
 
 @leaf
@@ -85,17 +84,6 @@ def _order(a, b):
         if a[level] != b[level]:
             return 1 if a[level] > b[level] else -1
     return 0
-
-
-@leaf
-def _gain_of(choices, chosen, v, room, gain):
-    """What putting option v in would add to each level; False if it cannot come in."""
-    count = _rivals(choices, chosen, v, room.rivals)
-    for level in range(len(gain)):
-        gain[level] = choices.weight[v, level]
-        for b in range(count):
-            gain[level] -= choices.weight[room.rivals[b], level]
-    return count >= 0
 
 
 @inlined
@@ -129,9 +117,14 @@ def _remove(choices, chosen, u, room):
 @leaf
 def _insert(choices, chosen, v, room):
     """Put option v in and take its rivals out."""
-    count = _rivals(choices, chosen, v, room.rivals)
-    for b in range(count):
-        _remove(choices, chosen, room.rivals[b], room)
+    for p in range(2):
+        u = chosen.held[choices.place[v, p]]
+        if u >= 0:
+            _remove(choices, chosen, u, room)
+    if chosen.rivals[v]:
+        for k in range(choices.touch_first[v], choices.touch_first[v + 1]):
+            if _is_in(choices, chosen, choices.touch[k]):
+                _remove(choices, chosen, choices.touch[k], room)
     _change(choices, chosen, v, 1)
     _note(room, v)
 
@@ -146,9 +139,9 @@ def _refill(choices, chosen, room):
             room.gain[1, level] = 0
         for k in range(room.counts[0]):
             v = room.candidates[k]
-            if _is_in(choices, chosen, v) or not _gain_of(choices, chosen, v, room, room.gain[0]):
-                continue
-            if _order(room.gain[0], room.gain[1]) > 0:
+            for level in range(levels):
+                room.gain[0, level] = choices.weight[v, level] - chosen.loss[v, level]
+            if _order(room.gain[0], room.gain[1]) > 0 and _may_come(choices, chosen, v):
                 best = v
                 for level in range(levels):
                     room.gain[1, level] = room.gain[0, level]
@@ -174,7 +167,7 @@ def _make_room_in_group(choices, chosen, v, room, n, draw):
 def _search(choices, chosen, n, order, around, steps, state, room):
     """Options in `order`, each that excludes none before it; then steps, each begun by an option of `around`."""
     for v in order:
-        if _rivals(choices, chosen, v, room.rivals) == 0:
+        if not chosen.rivals[v] and _may_come(choices, chosen, v):
             _change(choices, chosen, v, 1)
     for _ in range(steps):
         v = around[int(uniform(state) * len(around))]
@@ -185,7 +178,7 @@ def _search(choices, chosen, n, order, around, steps, state, room):
         room.counts[2] += 1
         room.gain[2] = chosen.total
         _make_room_in_group(choices, chosen, v, room, n, draw)
-        if _rivals(choices, chosen, v, room.rivals) >= 0:
+        if _may_come(choices, chosen, v):
             _insert(choices, chosen, v, room)
         _refill(choices, chosen, room)
         if _order(chosen.total, room.gain[2]) < 0:
@@ -201,16 +194,16 @@ def local_search(
 
     Args:
         choices: what there is to choose from.
-        steps: of work; about 2 microseconds each.
+        steps: of work; a few microseconds each.
         seed: of the steps; the same seed finds the same set.
         begin: an allowed set to begin from; greedy, by weight, unless given.
         around: options that steps begin at; all unless given.
     """
     m, levels = choices.weight.shape
     n, places = int(choices.robot.max(initial=-1)) + 1, len(choices.place_first) - 1
-    chosen = _Set(np.full(places, -1, np.int64), np.zeros(len(choices.need), np.int64), np.zeros(levels, np.int64))
+    sizes = (len(choices.need), levels, m, m, (m, levels))
+    chosen = _Set(np.full(places, -1, np.int64), *(np.zeros(size, np.int64) for size in sizes))
     room = _Room(
-        np.empty(n + 2, np.int64),
         np.empty(m, np.int64),
         np.full(m, -1, np.int64),
         np.empty(4 * n + 4096, np.int64),

@@ -4,6 +4,9 @@ A plan that loses a positioner names those in its way. Its option and that of th
 as if they touched; around them the choice is made anew, everything else standing as it is; and the motion is planned
 again. What is ruled out stays so, and there are finitely many pairs; an option that nobody with a target was in the way
 of, or that is lost after a few rounds, is ruled out alone.
+
+When all arrive, two that alone set how long it takes, since they have to get past each other, are parted in the same
+way, as long as that costs no priority and the motion gets shorter.
 """
 
 import dataclasses
@@ -20,7 +23,9 @@ from fiberplan.survey.conflicts import ConflictTable
 from fiberplan.survey.local_search import local_search
 
 _JOINTLY = 8  #: rounds in which pairs are ruled out; after that, single options
+_SAME = 0.01  #: part of a time by which another has to differ to be another
 _ROUNDS = 30  #: after which whoever is still lost has no target
+_SHORTER = 5  #: times that two who set how long it takes are parted
 _TRIES = 200  #: steps of local search for each option around a loss
 
 
@@ -77,11 +82,50 @@ def arriving(
             break
         pairs = [_ruled_out(plan, choices, chosen, v, rounds <= _JOINTLY) for v in lost.tolist()]
         choices = choices.without(np.array(pairs, np.int64))
-        kept_first = np.concatenate([np.setdiff1d(chosen, lost), lost])
-        near = _around(there, choices, choices.robot[lost])
-        chosen = local_search(choices, _TRIES * len(near), seed, begin=kept_first, around=near)
+        chosen = _chosen_again(there, choices, chosen, lost, seed)
     arrived = ~np.isin(choices.robot[chosen], plan.lost)  # whoever the last round lost has nothing
-    return Arrived(chosen[arrived], choices, plan, rounds)
+    found = Arrived(chosen[arrived], choices, plan, rounds)
+    return found if len(plan.lost) else _shortened(there, catalogue, table, found, planner, seed)
+
+
+def _chosen_again(there: Problem, choices: Choices, chosen: np.ndarray, last: np.ndarray, seed: int) -> np.ndarray:
+    """The choice `chosen` made anew around the options `last`, which come in again if there is room for them."""
+    kept_first = np.concatenate([np.setdiff1d(chosen, last), last])
+    near = _around(there, choices, choices.robot[last])
+    return local_search(choices, _TRIES * len(near), seed, begin=kept_first, around=near)
+
+
+def _shortened(
+    there: Problem, catalogue: Catalogue, table: ConflictTable, found: Arrived, planner: Planner, seed: int
+) -> Arrived:
+    """The same priority in less time, if those who set the time, being two in each other's way, can be parted."""
+    choices, plan = found.choices, found.plan
+    assert plan is not None  # it is planned before it is shortened
+    for _ in range(_SHORTER):
+        others = [bound for bound in plan.bounds if bound.kind != "kinematic"]
+        longest = max(others, key=lambda bound: bound.seconds, default=None)
+        if longest is None or longest.seconds < plan.makespan * (1 - _SAME) or plan.interrupted:
+            break
+        setting = found.chosen[np.isin(choices.robot[found.chosen], longest.positioners)]
+        if not len(setting):
+            break
+        choices = choices.without(setting[[0, -1]][None])
+        ways = [_chosen_again(there, choices, found.chosen, one, seed) for one in (setting[:1], setting[-1:])]
+        chosen = max(ways, key=lambda way: tuple(found.choices.weight[way].sum(axis=0)))
+        if _worth(found.choices, chosen) < _worth(found.choices, found.chosen):
+            break
+        other = planner.plan(goals_of(there, catalogue, table, chosen))
+        found = found._replace(rounds=found.rounds + 1)
+        if len(other.lost) or other.interrupted or other.makespan > plan.makespan * (1 - _SAME):
+            break
+        plan = other
+        found = found._replace(chosen=chosen, plan=plan)
+    return found
+
+
+def _worth(choices: Choices, chosen: np.ndarray) -> tuple[int, ...]:
+    """Totals of all levels but motion."""
+    return tuple(choices.weight[chosen, :-1].sum(axis=0).tolist())
 
 
 def _ruled_out(plan: Plan, choices: Choices, chosen: np.ndarray, v: int, jointly: bool) -> tuple[int, int]:

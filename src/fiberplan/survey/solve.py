@@ -19,7 +19,8 @@ from fiberplan.survey.local_search import local_search
 Solver = Literal["milp", "heuristic"]
 
 STEPS = {"milp": 1, "heuristic": 3}  #: steps of local search for each option, at least ...
-LEAST_STEPS = 20_000  #: ... so many
+LEAST_STEPS = 20_000  #: ... so many, but ...
+MOST_STEPS = 40  #: ... no more than that for each option of a small field, where nothing is found any more
 NODES = 200  #: of the integer program's search tree, on each level
 GAP = 1e-5  #: part of a level's worth that the integer program may leave open
 _EPSILON = 1e-6  #: of the linear program
@@ -45,7 +46,8 @@ def solve(choices: Choices, solver: Solver, seed: int, deadline: float | None) -
     """
     levels = choices.weight.shape[1]
     worth = choices._replace(weight=read_only(choices.weight[:, : levels - 1], np.int64))  # all but motion
-    steps = max(LEAST_STEPS, STEPS[solver] * len(choices.place))
+    least = min(LEAST_STEPS, MOST_STEPS * len(choices.place))
+    steps = max(least, STEPS[solver] * len(choices.place))
     chosen = local_search(worth, steps, seed)
     if not len(chosen):
         nothing = np.zeros(levels, np.int64)
@@ -60,7 +62,7 @@ def solve(choices: Choices, solver: Solver, seed: int, deadline: float | None) -
             better, bound, late = _integer(weight[usable], rows, relaxed, int(weight[chosen].sum()), deadline)
             interrupted |= late
             if better is not None and weight[usable[better]].sum() > weight[chosen].sum():
-                chosen = local_search(worth, LEAST_STEPS, seed, begin=usable[better])
+                chosen = local_search(worth, least, seed, begin=usable[better])
             bounds[level] = max(weight[chosen].sum(), min(bounds[level], bound))
         total = int(weight[chosen].sum())
         near = _within(relaxed, total)

@@ -3,9 +3,11 @@
 - `atomic`: files that appear whole or not at all
 - `contents`: the bytes of a file, read once and whole
 - `formats`: kinds of files, how each is told from others, and what reads it
-- `table_reader`: tables that people bring, with errors that name file, row, column and value
+- `input_table`: a table that people bring, with errors that name file, row, column and value; `table_reader`: from
+  whatever astropy reads
 - `ecsv`: ECSV tables by their text alone
 - `fits_tables`: FITS tables in and out
 - `yanny`: the ``.par`` files of SDSS
 - `paf`: the parameter files of ESO
+- `wording`: what messages say of names that are nearly right, and of errors from elsewhere
 """

@@ -8,7 +8,8 @@ import re
 from pathlib import Path
 
 from fiberplan.errors import FiberplanError
-from fiberplan.tables.table_reader import InputTable, read_text
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_text
 
 _DATATYPE = re.compile(r"#\s*-\s*\{name:\s*([^,}]+),(?:\s*unit:\s*([^,}]+),)?")
 _DELIMITER = re.compile(r"#\s*delimiter:\s*['\"]?([, ])['\"]?\s*$")

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fiberplan.errors import FiberplanError
-from fiberplan.tables.table_reader import nearest, read_text
+from fiberplan.tables.table_reader import read_text
+from fiberplan.tables.wording import nearest
 
 _STATEMENT = re.compile(r'([A-Za-z][\w.]*)\s*("[^"]*"|[^\s;"#]*)\s*;\s*(?:#.*)?$')
 

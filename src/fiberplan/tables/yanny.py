@@ -11,7 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fiberplan.errors import FiberplanError
-from fiberplan.tables.table_reader import InputTable, read_text
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import read_text
 
 _STRUCT = re.compile(r"typedef\s+struct\s*\{(.*?)\}\s*(\w+)\s*;", re.DOTALL | re.IGNORECASE)
 _TYPEDEF = re.compile(r"typedef\s+(?:struct|enum)\s*\{.*?\}\s*\w+\s*;", re.DOTALL | re.IGNORECASE)

@@ -38,6 +38,8 @@ class Approaches:
     gaps: np.ndarray  #: (m,) smallest clearance then [mm], at most the margin and `CEILING`
     pairs: np.ndarray  #: (m, 2) whose it is; -1 - k is obstacle k; the same twice: nobody is so near
     closest: tuple[Approach, ...]  #: by what is proven, the nearest first
+    near: np.ndarray  #: (k, 2) all pairs that come within `CEILING` of the margin, the nearest first
+    bounds: np.ndarray  #: (k,) what is proven of each [mm]
 
 
 def approaches(plane: FocalPlane, motion: Trajectory, certificate: Certificate, listed: int = LISTED) -> Approaches:
@@ -59,7 +61,7 @@ def approaches(plane: FocalPlane, motion: Trajectory, certificate: Certificate, 
     public, bound = public[near], bound[near]
     arms = read_only(np.where(public < 0, plane.n - 1 - public, public), np.int64)
     if not len(arms):
-        return Approaches(np.empty(0), np.empty(0), np.empty((0, 2), np.int64), ())
+        return Approaches(np.empty(0), np.empty(0), np.empty((0, 2), np.int64), (), public, bound)
     times = _moments(motion, len(arms))
     poses = np.moveaxis(motion.sampled(times), 1, 0)
     gaps = np.array([plane.clearance(pose, arms) for pose in poses])
@@ -80,7 +82,7 @@ def approaches(plane: FocalPlane, motion: Trajectory, certificate: Certificate, 
         whose = np.concatenate([whose, [pair for _, _, pair in deeper]])
         order = np.argsort(times, kind="stable")
         times, smallest, whose = times[order], smallest[order], whose[order]
-    return Approaches(times, np.minimum(smallest, ceiling), whose, closest)
+    return Approaches(times, np.minimum(smallest, ceiling), whose, closest, public, bound)
 
 
 def _moments(motion: Trajectory, pairs: int) -> np.ndarray:

@@ -28,6 +28,7 @@ SCRIPTS = (
     "motion.js",
     "gaps.js",
     "zone.js",
+    "clearances.js",
     "detail.js",
     "colouring.js",
     "view.js",

@@ -46,6 +46,11 @@ def proof_data(
         "proven": packed(smallest, "<f8"),
         "provenWith": packed(partner, "<i4"),
         "closest": closest,
+        "near": {
+            "first": packed(near.near[:, 0], "<i4"),
+            "second": packed(near.near[:, 1], "<i4"),
+            "bound": packed(near.bounds, "<f8"),
+        },
         "clearances": {
             "times": packed(near.times, "<f4"),
             "gaps": packed(near.gaps, "<f4"),

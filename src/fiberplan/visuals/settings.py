@@ -10,7 +10,7 @@ from typing import Any
 
 UNITS = {
     **dict.fromkeys(("turn", "step", "max_travel"), "rad"),
-    **dict.fromkeys(("max_time", "min_reaction", "dt", "collision_dt", "near", "calm", "patience"), "s"),
+    **dict.fromkeys(("max_time", "min_reaction", "dt", "collision_dt", "near", "stall_time", "patience"), "s"),
     **dict.fromkeys(("D", "d", "convergence", "influence"), "mm"),
     "lambda1": "1/mm^2",
     **dict.fromkeys(("lambda2", "lambda3"), "rad/s mm^2"),

@@ -4,6 +4,8 @@ A file is a table with a line a positioner, as the instrument archives it. Facts
 instrument's team; not verified on hardware.
 
 - `encode`: from a plan to rows: cruise and creep, jogs of linear phi motors, the tail that takes out backlash
+- `scheduling`: other rows for those who would meet, chosen among `ways`
+- `endings`: goals at which tables can end
 - `decode`: from rows to the motion they cause, ramps included
 - `calibration`: buses and linear motors, from a focal-plane file
 """
@@ -16,22 +18,25 @@ from typing import Any
 
 import numpy as np
 
+from fiberplan.arrays import not_negative
 from fiberplan.certificates import Certificate, verify
-from fiberplan.errors import TrajectoryError
+from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.hardware.certified import ALLOWANCE, hand_over
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.desi.calibration import motors_of
 from fiberplan.hardware.desi.decode import COLUMNS, decode
-from fiberplan.hardware.desi.encode import as_csv, tables, with_room_for_the_tail
+from fiberplan.hardware.desi.encode import as_csv, tables
+from fiberplan.hardware.desi.endings import with_goals
+from fiberplan.hardware.desi.scheduling import scheduled
+from fiberplan.hardware.desi.ways import seconds
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
 from fiberplan.problem import State
 from fiberplan.tables.contents import read_whole
 
-__all__ = ["ROOM", "accepts", "motors_of", "prove", "read", "with_limits", "write"]
+__all__ = ["accepts", "motors_of", "prove", "read", "with_goals", "with_limits", "write"]
 
-ROOM = 0.4  #: rows follow a plan loosely: it should keep this much more than is to be proven [mm]
 CRUISE = 59_400 / (46 / 14 + 1) ** 4  #: of rotary motors [deg/s]
 PART = 0.8  #: of cruise speed, at which there is room for most rows
 
@@ -47,6 +52,8 @@ def write(
     allowance: float = ALLOWANCE,
 ) -> HandedOver:
     """Write a plan's motion as move tables, proven as they are read back.
+
+    Rows follow the plan's path; where that brings a pair too near, one of them gets to its end another way, or later.
 
     Args:
         plan: to be executed; positioners that do not turn have no table.
@@ -64,13 +71,17 @@ def write(
         InstrumentError: a calibration that cannot be used.
     """
     motors, file = motors_of(calibration), Path(path)
-    made = tables(plan, dict.fromkeys(motors.linear, True), motors.buses, tail)
+    as_planned = tables(plan, dict.fromkeys(motors.linear, True), motors.buses, tail)
+    made = scheduled(
+        plan, as_planned, tail, max(0.0, plan.problem.margin - not_negative(allowance, "mm", "allowance", PlanError))
+    )
     counts = [len(table.rows) for table in made]
-    longest = max((sum(r.time + r.pause / 1000 for r in table.rows) for table in made), default=0.0)
+    longest = max((seconds(table.rows) for table in made), default=0.0)
     facts = {
         "tables": len(made),
         "rows": sum(counts),
         "rows of one, at most": max(counts, default=0),
+        "other ways than planned": sum(a.rows != b.rows for a, b in zip(as_planned, made, strict=True)),
         "seconds longer than the plan": round(longest - plan.makespan, 3),
     }
     plane = plan.problem.plane
@@ -104,8 +115,8 @@ def read(
 
 
 def with_limits(plane: FocalPlane) -> FocalPlane:
-    """The same with ranges that leave room for the tail, at a part of cruise speed: plan with these."""
-    return with_room_for_the_tail(plane).replace(max_speed=np.minimum(plane.max_speed, PART * np.radians(CRUISE)))
+    """The same at a part of cruise speed: plan with it."""
+    return plane.replace(max_speed=np.minimum(plane.max_speed, PART * np.radians(CRUISE)))
 
 
 def prove(plane: FocalPlane, executed: Executed, margin: float, **options: Any) -> Certificate:

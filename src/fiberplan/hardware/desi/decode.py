@@ -19,13 +19,13 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
-from fiberplan.tables.table_reader import nearest
+from fiberplan.tables.wording import nearest
 
 COLUMNS = ("posid", "motor_steps_T", "motor_steps_P", "speed_mode_T", "speed_mode_P", "move_time", "postpause")
 _REDUCTION = (60 / 14) ** 4  # 46 and 14 teeth, four planetary stages
 _TICKS = 18_000.0  # a second
 _INCREMENTS, _LENGTH = 33, 12  # of a ramp, and ticks in one
-_CUTS = (0, 11, 22, 33)  # increments between which a ramp is taken as straight
+_CUTS = (0, 5, 10, 14, 19, 24, 28, 33)  # increments between which a ramp is taken as straight
 _SAME = 1e-9  # [s] moments that differ by rounding alone
 _LINEAR_RAMP = 2 * 505.0 / 180_000.0  # [s]
 _FROM_REST = ("rows begin when the times of the rows before them, as the table states them, are over",)
@@ -95,7 +95,7 @@ def _ramp() -> tuple[np.ndarray, np.ndarray, float]:
 @cache
 def _linear_ramp() -> tuple[np.ndarray, np.ndarray, float]:
     """The same of a linear motor, which gains speed evenly."""
-    times = np.linspace(0.0, _LINEAR_RAMP, 4)
+    times = np.linspace(0.0, _LINEAR_RAMP, len(_CUTS))
     pace = 2 * 505.0 / _LINEAR_RAMP**2
     return times, pace * times**2 / 2, pace * times[1] ** 2 / 8
 
@@ -194,10 +194,8 @@ def decode(path: Path, content: bytes, plane: FocalPlane, state: State, linear: 
             raise TrajectoryError(f"{path}: {table.line}: {plane.name} has no positioner '{table.posid}'{known}")
         i, table = plane.names[table.posid], table._replace(linear=table.linear or table.posid in linear)
         moved[i] = True
-        axes = [_axis(table, k) for k in (0, 1)]
-        times = _either(axes[0].times, axes[1].times)
-        turned = np.stack([np.interp(times, axis.times, axis.angles) for axis in axes], axis=1)
-        knots[i], error[i] = (times, rest[i] + turned), [axis.error for axis in axes]
+        times, angles, error[i] = turned(table)
+        knots[i] = times, rest[i] + angles
     offsets = np.cumsum([0, *(len(knots[i][0]) for i in range(plane.n))])
     all_times, angles = (np.concatenate([knots[i][k] for i in range(plane.n)]) for k in (0, 1))
     return Executed(
@@ -207,6 +205,21 @@ def decode(path: Path, content: bytes, plane: FocalPlane, state: State, linear: 
         assumptions=(*_FROM_REST, *_assumed(plane, state, moved)),
         online=moved & plane.online & state.online,
     )
+
+
+def turned(table: Tables) -> tuple[np.ndarray, np.ndarray, list[float]]:
+    """Moments (k,) [s], what both shafts have turned then (k, 2), and how far off they may be between (2,) [deg]."""
+    axes = [_axis(table, k) for k in (0, 1)]
+    times = _either(axes[0].times, axes[1].times)
+    angles = np.stack([np.interp(times, axis.times, axis.angles) for axis in axes], axis=1)
+    return times, angles, [axis.error for axis in axes]
+
+
+def largest_errors(linear: np.ndarray) -> np.ndarray:
+    """(n, 2) how far joints may be off whatever their rows, of positioners of which some are `linear` (n,) [rad]."""
+    rotary = axis_turn(1, True, False).error
+    phi = np.where(linear, axis_turn(1, True, True).error, rotary)
+    return np.radians(np.stack([np.full(len(linear), rotary), phi], axis=1))
 
 
 def _assumed(plane: FocalPlane, state: State, moved: np.ndarray) -> Iterator[str]:

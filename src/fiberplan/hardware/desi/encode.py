@@ -30,7 +30,8 @@ JOG = 5.0  #: by which a linear phi motor goes too low, so that it ends upwards 
 BACKLASH = 3.0  #: by which the tail goes back, and forth in creep [deg]
 FORTH = (-1.0, 1.0)  #: direction of the last turn of theta and phi
 SLICE = 4.6  #: least turn of an axis in a row, so that it cruises [deg]
-MOST_SLICES = 6  #: rows that a piece of the plan becomes, at most
+EDGE = 0.05  #: rows that turn within a plan keep this far from the ends of ranges, for they are whole steps [deg]
+MOST_SLICES = 4  #: rows that a piece of the plan becomes, at most
 ROW = 2 * RAMP_TURN / (CRUISE_STEP / TICK)  #: what a row takes longer than its turn at cruise speed [s]
 
 Pair = tuple[float, float]
@@ -203,18 +204,26 @@ def tables(plan: Plan, linear: dict[str, bool], buses: dict[str, tuple[int, str]
     """
     plane, made = plan.problem.plane, []
     for i in np.flatnonzero(plane.online).tolist():
-        times, angles = plan.trajectory.knots(i)
-        if not np.ptp(angles, axis=0).any():
+        if not np.ptp(plan.trajectory.knots(i)[1], axis=0).any():
             continue
         posid = plane.aliases[i] if plane.aliases else ""
         if not posid:
             raise PlanError(f"positioner '{plane.ids[i]}' has no device id (M01234), by which controllers know it")
         is_linear = linear.get(posid, False)
-        moves, rest = moves_of(times, np.degrees(angles), is_linear)
+        moves, rest = planned_moves(plan, i, is_linear)
         digits = "".join(letter for letter in posid if letter.isdigit())
         canid, busid = buses.get(posid, (int(digits or 0), ""))
         made.append(Table(posid, canid, busid, is_linear, tuple(rows_of(moves, is_linear, tail, rest))))
     return made
+
+
+def planned_moves(plan: Plan, i: int, linear: bool) -> tuple[list[Move], Pair]:
+    """`moves_of` a positioner of a plan, of which whole steps lead no farther than its ranges."""
+    times, angles = plan.trajectory.knots(i)
+    lower, upper = (np.degrees(edge[i]) for edge in (plan.problem.plane.lower, plan.problem.plane.upper))
+    degrees = np.degrees(angles)
+    degrees[1:-1] = np.clip(degrees[1:-1], lower + EDGE, np.maximum(upper - EDGE, lower + EDGE))
+    return moves_of(times, degrees, linear)
 
 
 def as_csv(made: list[Table]) -> bytes:
@@ -236,8 +245,8 @@ def as_csv(made: list[Table]) -> bytes:
 
 
 def with_room_for_the_tail(plane: FocalPlane) -> FocalPlane:
-    """The same with ranges that end where the tail still has its 3 deg: plan with these."""
-    lower, upper = plane.lower.copy(), plane.upper.copy()
+    """The same with ranges that end where the tail still has its 3 deg, and whole steps their rounding: for goals."""
+    lower, upper = plane.lower + np.radians(EDGE), plane.upper - np.radians(EDGE)
     for axis, forth in enumerate(FORTH):
         edge = upper if forth < 0 else lower
         edge[:, axis] += forth * np.radians(BACKLASH)

@@ -11,6 +11,7 @@ import dataclasses
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from fiberplan.problem import Problem, State
 from fiberplan.shaping import shape
 from fiberplan.tables.contents import plain_name, read_whole
 
-__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "fit", "in_steps", "read", "with_limits", "write"]
+__all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "fit", "read", "with_goals", "with_limits", "write"]
 
 STEP = np.radians(1.0 / np.array(STEPS))  #: turn of alpha and beta in one step [rad]
 LATENCY = 0.02  #: between the starts of units [s]
@@ -101,7 +102,7 @@ def with_limits(plane: FocalPlane) -> FocalPlane:
     )
 
 
-def in_steps(problem: Problem) -> Problem:
+def with_goals(problem: Problem, **_: Any) -> Problem:
     """The problem with goals at the nearest whole steps from where units stand, where motors can stop."""
     plane, start = problem.plane, problem.start
 

@@ -15,7 +15,7 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
-from fiberplan.tables.table_reader import nearest, one_line
+from fiberplan.tables.wording import nearest, one_line
 
 PERIOD = 1 / 8  #: of a segment [s]
 DEGREES = (1 / 113.8986, 1 / 84.3146)  #: of alpha and beta a step

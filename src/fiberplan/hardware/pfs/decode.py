@@ -16,7 +16,8 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
-from fiberplan.tables.table_reader import nearest, read_table
+from fiberplan.tables.table_reader import read_table
+from fiberplan.tables.wording import nearest
 
 COLUMNS = ("iteration", "cobra_id", "theta", "phi")
 _ANY = ("each iteration begins when all have come to rest; in it every joint may be anywhere within its turn",)

@@ -17,7 +17,7 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
-from fiberplan.tables.table_reader import nearest, one_line
+from fiberplan.tables.wording import nearest, one_line
 
 ANGLE_BITS = 30  #: of a turn, on the bus
 TIMES_A_SECOND = 2000  #: on the bus

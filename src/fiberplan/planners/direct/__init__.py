@@ -30,24 +30,28 @@ Algorithm                                                             here
 10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._update_contacts`
 11    who still touches what never moves: finer lattices, a way       `narrow.eased`,
         of its own, off which it is taken where others get stuck        `paths.Paths.take_off_ways`,
-        on it; the last two pairs of C, once: a joint path              `untangle.untangled`
-12    if C gets no smaller in 100 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
-        and clusters of 3 or 4 around pairs of C get joint paths        `untangle.untangled`: RRT-Connect
-13    if work or K is used up: clusters of 4 once; then the goals     `settling.settle`,
+        on it; the last two pairs of C: joint paths of them and of      `search.DirectSearch.attempt`,
+        more and more around them, in as many steps                     `untangle.untangled`
+12    if C gets no smaller in 300 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
+        and clusters of 3 to 8 around pairs of C get joint paths:       `untangle.untangled`: RRT-Connect, or
+        by chance or by way of folded, with shortcuts                   the fold hub of the few; `shortcuts`
+13    if work or K is used up: clusters of 8 once; then the goals     `settling.settle`,
         of least total priority that have a part in all of C are        `problem.least_cover.least_loss`
-        given up, and the search goes on
-14  while K is more than anyone is known to need: half as much more,  `search.DirectSearch.shorten`
-      with late positioners replanned, and 5 to 10 again; back to the
-      last solution where that gets stuck
-15  with `min_reaction`: C also holds pairs of which one is where     `search.DirectSearch.react`,
+        given up, and the search goes on; before that, another          `narrow.makes_room`
+        configuration that counts as one of them is tried
+14  while K is more than anyone is known to need: half as much more,  `improving.shorten`
+      with late positioners replanned, and 5 to 11 again; back to the
+      last solution where that gets stuck; at last, shortcuts of who    `shortcuts.hurried`
+      is late and of those that refuse it others
+15  with `min_reaction`: C also holds pairs of which one is where     `improving.react`,
       the other is up to so many steps earlier or later, and line 9     `contacts.late_contacts`,
-      blocks such nodes; 5 to 14 again, without joint paths             `blocked_nodes.mark_blocked`
+      blocks such nodes; 5 to 14 again, without shortcuts               `blocked_nodes.mark_blocked`
 16  knots where a joint changes its speed, then as few as provably    `trim.as_trajectory`,
       stay clear                                                        `planners.shared.straighten`
 17  a loss is proven where speeds, or what never moves, forbid the    `losses.Losses`, `planner.Direct.plan`,
-      goal, or it leaves one that is shut in no place; if any loss is   `certificates.proven_unreachable`,
-      unproven, the fold hub is planned too, and the plan of greater    `certificates.proven_excluded`,
-      kept priority is returned                                         `planners.greedy_fold`
+      goal, or it leaves one that is shut in no place, or two are in    `plan.loss_proofs`,
+      each other's way; if any loss is unproven, the fold hub is        `certificates.lost`,
+      planned too, and the plan of greater kept priority is returned    `planners.greedy_fold`
 
 Lines 4 and 10 test whole steps in continuous time; lines 7 and 9 see nodes only. So a contact that appears only
 between nodes raises the clearance that line 9 asks for that pair by 0.1 mm, and a contact left by line 7 the clearance

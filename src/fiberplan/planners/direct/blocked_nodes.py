@@ -1,7 +1,8 @@
 """Where a positioner cannot be because of another one: sets of lattice nodes, one machine word of betas per alpha.
 
 A node is blocked when the clearance there, bodies and all, is less than a limit. If the clearance at one beta exceeds
-the limit by c, every beta is free too to which no body point moves farther than c.
+the limit by c, every beta is free too to which no body point moves farther than c; if it falls short by c, every such
+beta is blocked.
 """
 
 import numpy as np
@@ -155,9 +156,12 @@ def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
 
 
 @leaf
-def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
-    """The beta nodes of positioner i at its alpha node `a` that do not clear arm j by `limit` [mm]."""
-    bits = _NONE
+def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, known=_NONE):
+    """The beta nodes of positioner i at its alpha node `a` that do not clear arm j by `limit` [mm].
+
+    `known` ones are taken to be among them.
+    """
+    bits = known
     x, y = arms.arm[i].x + arms.arm[i].length * trig[a, 0, 0], arms.arm[i].y + arms.arm[i].length * trig[a, 0, 1]
     if cannot_meet(arms, lattice, i, x, y, j, frame_j, limit):
         return bits
@@ -165,7 +169,7 @@ def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
     doubtful = _betas_to_check(arms, lattice, i, x, y, first, j, frame_j, limit)
     b = 0
     while b < lattice.size[i, 1]:
-        if not holds(doubtful, b):
+        if not holds(doubtful, b) or holds(known, b):
             b += 1
             continue
         at = node_frame(arms, i, trig, a, b)
@@ -173,8 +177,10 @@ def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit):
         if gap >= limit:
             b += 1 + int((gap - limit) / motion)
         else:
-            bits |= bit(b)
-            b += 1
+            count = 1 + (int((limit - gap) / motion) if gap < limit else 0)  # as deep in contact as that vouches for
+            count = min(count, lattice.size[i, 1] - b)
+            bits |= (~_NONE if count >= 64 else bit(count) - _ONE) << np.uint64(b)
+            b += count
     return bits
 
 

@@ -10,18 +10,17 @@ from fiberplan.planners.direct.lattice import late_limit
 
 
 @leaf
-def steps_in_contact(arms, path, i, j, limit, steps):
-    """Number of steps in which arms i and j are not shown to keep `limit` [mm], and how many of those end in contact.
+def first_contact(arms, path, i, j, limit, first, last):
+    """The first step from `first` on in which arms i and j are not shown to keep `limit` [mm]; `last` if none before.
 
     A clearance vouches for as many steps as the two need to use it up; a step next to contact is swept.
     """
-    touching, ending = 0, 0
-    k = 0
-    while k < steps:
+    k = first
+    while k < last:
         frame_i = frame(arms, i, path[i, k, 0], path[i, k, 1])
         slack = frames_clearance(arms, i, frame_i, j, frame(arms, j, path[j, k, 0], path[j, k, 1])) - limit
         m = k
-        while m < steps:
+        while m < last:
             used = motion(arms, i, path[i, m + 1, 0] - path[i, m, 0], path[i, m + 1, 1] - path[i, m, 1])
             used += motion(arms, j, path[j, m + 1, 0] - path[j, m, 0], path[j, m + 1, 1] - path[j, m, 1])
             if not (slack >= used):
@@ -32,13 +31,24 @@ def steps_in_contact(arms, path, i, j, limit, steps):
             a, b, c, d = path[i, k, 0], path[i, k, 1], path[j, k, 0], path[j, k, 1]
             da, db, dc, dd = path[i, k + 1, 0] - a, path[i, k + 1, 1] - b, path[j, k + 1, 0] - c, path[j, k + 1, 1] - d
             if not swept_clear(arms, i, a, b, da, db, j, c, d, dc, dd, limit, 0.0, 0.0):
-                touching += 1
-                frame_i = frame(arms, i, path[i, k + 1, 0], path[i, k + 1, 1])
-                frame_j = frame(arms, j, path[j, k + 1, 0], path[j, k + 1, 1])
-                if not (frames_clearance(arms, i, frame_i, j, frame_j) >= limit):
-                    ending += 1
+                return k
             m = k + 1
         k = m
+    return last
+
+
+@leaf
+def steps_in_contact(arms, path, i, j, limit, steps):
+    """Number of steps in which arms i and j are not shown to keep `limit` [mm]; how many of those end in contact."""
+    touching, ending = 0, 0
+    k = first_contact(arms, path, i, j, limit, 0, steps)
+    while k < steps:
+        touching += 1
+        frame_i = frame(arms, i, path[i, k + 1, 0], path[i, k + 1, 1])
+        frame_j = frame(arms, j, path[j, k + 1, 0], path[j, k + 1, 1])
+        if not (frames_clearance(arms, i, frame_i, j, frame_j) >= limit):
+            ending += 1
+        k = first_contact(arms, path, i, j, limit, k + 1, steps)
     return touching, ending
 
 

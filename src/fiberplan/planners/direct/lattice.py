@@ -164,23 +164,40 @@ def _nodes(
     return _Nodes(nodes[0], nodes[1], size, first, last)
 
 
-def _extents(arms: Arms, n: int) -> tuple[np.ndarray, np.ndarray]:
+@kernel
+def _find_extents(arms, circle, first_link):
+    """Fill what `_extents` returns."""
+    for i in range(len(circle)):
+        for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+            piece = arms.piece[p]
+            if piece.link == 1:
+                for v in range(piece.first, piece.last):
+                    far = np.hypot(arms.vertices[v, 0], arms.vertices[v, 1]) + piece.radius
+                    first_link[i] = max(first_link[i], far)
+        for link in (0, 2):
+            low_x = low_y = np.inf
+            high_x = high_y = -np.inf
+            for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+                if arms.piece[p].link == link:
+                    for v in range(arms.piece[p].first, arms.piece[p].last):
+                        low_x, high_x = min(low_x, arms.vertices[v, 0]), max(high_x, arms.vertices[v, 0])
+                        low_y, high_y = min(low_y, arms.vertices[v, 1]), max(high_y, arms.vertices[v, 1])
+            if low_x > high_x:
+                continue
+            x, y, radius = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y), 0.0
+            for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+                if arms.piece[p].link == link:
+                    for v in range(arms.piece[p].first, arms.piece[p].last):
+                        far = np.hypot(arms.vertices[v, 0] - x, arms.vertices[v, 1] - y) + arms.piece[p].radius
+                        radius = max(radius, far)
+            circle[i, 0], circle[i, 1], circle[i, 2] = x, y, radius
+
+
+def _extents(arms: Arms) -> tuple[np.ndarray, np.ndarray]:
     """Circles (arms, 3) about the bodies of each last link or obstacle, and reach (arms,) of those on first links."""
     count = len(arms.arm)
     circle, first_link = np.tile([0.0, 0.0, -np.inf], (count, 1)), np.full(count, -1.0)
-    for i in range(count):
-        own = arms.piece[arms.arm["first_piece"][i] : arms.arm["last_piece"][i]]
-        for link in (0, 1, 2):
-            there = own[own["link"] == link]
-            if not len(there):
-                continue
-            points = np.concatenate([arms.vertices[p["first"] : p["last"]] for p in there])
-            radii = np.repeat(there["radius"], there["last"] - there["first"])
-            if link == 1:
-                first_link[i] = (np.hypot(*points.T) + radii).max()
-            else:
-                center = 0.5 * (points.min(axis=0) + points.max(axis=0))
-                circle[i] = *center, (np.hypot(*(points - center).T) + radii).max()
+    _find_extents(arms, circle, first_link)
     return circle, first_link
 
 
@@ -213,7 +230,7 @@ def make_lattice(
     fixed[:n] = ~movable
     alpha, beta, size, first, last = nodes
     way, ways = np.zeros(n, np.int64), np.zeros((1, alpha.shape[1]))
-    return Lattice(alpha, beta, way, ways, size, pace, first, last, path, *_extents(arms, n), fixed)
+    return Lattice(alpha, beta, way, ways, size, pace, first, last, path, *_extents(arms), fixed)
 
 
 def refined(
@@ -236,8 +253,8 @@ def refined(
     pace = pace.copy()
     pace[:, 1] = np.clip((MOST_BETAS - 6) // np.maximum(np.ceil(travel), 1), 1, pace[:, 1])  # a set is one word
     finer = _nodes(plane, who, start[who], goal[who], duration, steps, widest, pace)
-    changed: dict[str, Any] = {"pace": lattice.pace.copy()}
-    changed["pace"][who] = pace
+    changed: dict[str, Any] = {"pace": lattice.pace.copy(), "way": lattice.way.copy()}
+    changed["pace"][who], changed["way"][who] = pace, 0
     for name in ("alpha", "beta"):
         old, new = getattr(lattice, name), getattr(finer, name)
         both = np.full((len(old), max(old.shape[1], new.shape[1])), np.nan)

@@ -4,15 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiberplan.certificates import proven_excluded, proven_unreachable
-from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome
+from fiberplan.plan.loss_proofs import loss_proofs
 from fiberplan.plan.outcomes import all_blockers, settled_outcome
 from fiberplan.planners.direct.goals import Goals
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.problem import Problem
-
-_MOST_RANGE = 20 * np.pi**2  # [rad^2] of both joints, up to which a proof that a goal is out of reach takes seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,9 +17,7 @@ class Losses:
     """What became of those that had a goal."""
 
     late: tuple[int, ...]  #: proven: every configuration is too far for the time there is
-    unreachable: tuple[
-        int, ...
-    ]  #: proven: what never moves separates every configuration from the start, or shuts in who is in its way
+    shut_off: dict[int, frozenset[int]]  #: proven to be unable to reach its goal if all of these reach theirs
     given_up: dict[int, tuple[int, ...]]  #: positioner that does not arrive -> arms that block it, proven or not
     held: tuple[int, ...]  #: never leave their start
     max_time: float | None  #: [s]
@@ -30,7 +25,7 @@ class Losses:
     @classmethod
     def none(cls, problem: Problem) -> "Losses":
         """Nothing is known to be lost."""
-        return cls((), (), {}, (), None)
+        return cls((), {}, {}, (), None)
 
     @classmethod
     def of(
@@ -41,13 +36,18 @@ class Losses:
         there = _at_goal(problem, ends)
         given_up = {i: arms for i, arms in given_up.items() if not there[i]}
         late = tuple(map(int, np.flatnonzero(goals.infeasible)))
-        unreachable = tuple(i for i, arms in given_up.items() if _is_unreachable(problem, i, arms))
-        return cls(late, unreachable, given_up, tuple(sorted(search.held)), max_time)
+        arrived = set(np.flatnonzero(problem.has_goal & problem.plane.online).tolist()) - {*given_up, *late}
+        shut_off = {}
+        for i, arms in given_up.items():
+            proofs = loss_proofs(problem, i, arrived, arms)
+            if proofs:
+                shut_off[i] = frozenset(j for proof in proofs for j in proof.goals if j != i)
+        return cls(late, shut_off, given_up, tuple(sorted(search.held)), max_time)
 
     @property
     def unproven(self) -> bool:
         """Whether anything was given up without proof that it had to be."""
-        return any(i not in self.late and i not in self.unreachable for i in self.given_up)
+        return any(i not in self.late and i not in self.shut_off for i in self.given_up)
 
     def outcomes(self, problem: Problem) -> tuple[Outcome, ...]:
         """An outcome for every positioner, the first that fits."""
@@ -63,7 +63,8 @@ class Losses:
 
     def proven_in(self, outcomes: tuple[Outcome, ...]) -> tuple[Outcome, ...]:
         """The same outcomes, with those lost without proof named as proven where that is known."""
-        proven = {*self.late, *self.unreachable}
+        arrived = {i for i, outcome in enumerate(outcomes) if outcome is Outcome.ARRIVED}
+        proven = {*self.late, *(i for i, others in self.shut_off.items() if others <= arrived)}
         return tuple(
             Outcome.INFEASIBLE if i in proven and o is Outcome.DEADLOCKED else o for i, o in enumerate(outcomes)
         )
@@ -83,8 +84,12 @@ class Losses:
         notes = []
         if self.late:
             notes.append(f"proven out of reach within {self.max_time:g} s by joint speeds: {listed(self.late)}")
-        if self.unreachable:
-            notes.append(f"proven unreachable past what never moves: {listed(self.unreachable)}")
+        alone = tuple(i for i, others in self.shut_off.items() if not others)
+        if alone:
+            notes.append(f"proven unreachable, whatever all others do: {listed(alone)}")
+        for i, others in self.shut_off.items():
+            if others:
+                notes.append(f"proven: not both reach their goals, {listed((i,))} and {listed(tuple(sorted(others)))}")
         if self.held:
             notes.append(f"held at the start: {listed(self.held)}")
         return notes
@@ -95,26 +100,3 @@ def _at_goal(problem: Problem, ends: np.ndarray) -> np.ndarray:
     goal, others = problem.goal[:, None], problem.alternatives
     choices = goal if others is None else np.concatenate([goal, others], axis=1)
     return np.asarray((choices == ends[:, None]).all(axis=2).any(axis=1) & problem.has_goal)
-
-
-def _is_unreachable(problem: Problem, i: int, blockers: tuple[int, ...]) -> bool:
-    """Whether positioner `i` is proven unable to be at its goal, or at any alternative.
-
-    What never moves may separate it from there, or may shut in one of its `blockers`, for which there is no place left.
-    No proof is tried over joint ranges so wide that it would take minutes.
-    """
-    plane, start, margin = problem.plane, problem.start, problem.margin
-    if not problem.has_goal[i]:
-        return False
-    others = [] if problem.alternatives is None else [q for q in problem.alternatives[i] if not np.isnan(q[0])]
-    beside = [j for j in blockers if j < problem.n and plane.online[j] and _is_narrow(plane, j)]
-    return all(
-        (_is_narrow(plane, i) and proven_unreachable(plane, i, start, goal, margin))
-        or any(proven_excluded(plane, i, goal, j, start, margin) for j in beside)
-        for goal in [problem.goal[i], *others]
-    )
-
-
-def _is_narrow(plane: FocalPlane, i: int) -> bool:
-    """Whether proofs over the joint ranges of positioner `i` take no longer than seconds."""
-    return bool(np.prod(plane.upper[i] - plane.lower[i]) <= _MOST_RANGE)

@@ -63,7 +63,30 @@ def _way(paths: Paths, i: int) -> np.ndarray | None:
 
 def goes_elsewhere(paths: Paths, i: int) -> int:
     """Let positioner i go to another configuration that counts as its goal; steps that it needs, or -1 without any."""
+    return _settled_elsewhere(paths, i, paths.most_steps)
+
+
+def makes_room(paths: Paths, who: np.ndarray) -> bool:
+    """Let the first of arms `who` (m,) that can reach its target in another configuration; whether any could.
+
+    For good: nobody does so twice.
+    """
+    for i in who.tolist():
+        if paths.lattice.fixed[i] or i in paths.elsewhere or np.isnan(paths.goal[i, 0]):
+            continue
+        paths.elsewhere.add(i)
+        need = _settled_elsewhere(paths, i, paths.most_steps)
+        if need >= 0:
+            paths.lengthen(need)
+            paths.place(np.array([i]))
+            return True
+    return False
+
+
+def _settled_elsewhere(paths: Paths, i: int, most: int) -> int:
+    """Give positioner i another goal that counts, reached in at most so many steps; as many as it needs, or -1."""
     problem, taken, least = paths.problem, paths.goal[i].copy(), paths.least_steps
+    fineness = min(int(paths.fineness[i]), FINEST)
     choices = choices_of(problem)[i]
     for end in choices[np.isfinite(choices[:, 0]) & (choices != taken).any(axis=1)]:
         paths.goal[i] = end
@@ -72,10 +95,10 @@ def goes_elsewhere(paths: Paths, i: int) -> int:
             continue
         paths.change_fineness(np.array([i]), np.array([0]))
         need = int(steps_past_fixed(paths, np.array([i]))[0])
-        if 0 <= need <= paths.most_steps:
+        if 0 <= need <= most:
             return need
     paths.goal[i], paths.least_steps = taken, least  # ways to goals that are not taken are no bounds
-    paths.change_fineness(np.array([i]), np.array([0]))
+    paths.change_fineness(np.array([i]), np.array([fineness]))
     return -1
 
 

@@ -77,10 +77,11 @@ def joint_words(lattice, i, j, steps, begins):
 
 
 @leaf
-def _mark_clear(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear):
+def _mark_clear(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear, again):
     """Fill `clear`: for every node (a, b) of i and alpha node c of j, the betas of j at which both keep `limit` [mm].
 
-    Betas that i cannot have in so many steps are clear of nothing.
+    Betas that i cannot have in so many steps are clear of nothing. `again`: it has been filled with a smaller limit,
+    and what was not clear then is not clear now.
     """
     motion = beta_motion(arms, lattice, j)
     count = lattice.size[j, 1]
@@ -98,7 +99,8 @@ def _mark_clear(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear):
                 continue
             frame_i = node_frame(arms, i, trig_i, a, b)
             for c in range(low_c, high_c + 1):
-                clear[row + c] = every & ~blocked_betas(arms, lattice, j, c, trig_j, motion, i, frame_i, limit)
+                known = every & ~clear[row + c] if again else _NONE
+                clear[row + c] = every & ~blocked_betas(arms, lattice, j, c, trig_j, motion, i, frame_i, limit, known)
     # the problem has checked that both starts and both goals are clear, which a larger limit must not deny
     row = _row(block, lattice.first[i, 0], lattice.first[i, 1])
     clear[row + lattice.first[j, 0]] |= bit(lattice.first[j, 1])
@@ -107,12 +109,20 @@ def _mark_clear(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear):
         clear[row + lattice.last[j, 0]] |= bit(lattice.last[j, 1])
 
 
+@inlined
+def _add_shifted(source, shift, target):
+    """Add the words of `source` to those of `target` that lie `shift` words before them: rows, word by word."""
+    words, added = target[max(0, -shift) :], source[max(0, shift) :]
+    for c in range(min(len(words), len(added))):
+        words[c] |= added[c]
+
+
 @leaf
 def _advance(lattice, i, j, k, steps, reach, here, there, turned, clear, clear_block, blocked_i, blocked_j):
     """Fill block `there` of `reach` with where both can be after step k + 1; returns whether anywhere.
 
     Block `here` says where they can be after step k; `blocked_i` and `blocked_j` (A,) are the nodes of either that are
-    blocked after step k + 1.
+    blocked after step k + 1. Whole rows are joined at a time, which the compiler does several words at once.
     """
     low_i, high_i = window(lattice, i, k, steps)
     low_j, high_j = window(lattice, j, k, steps)
@@ -121,39 +131,42 @@ def _advance(lattice, i, j, k, steps, reach, here, there, turned, clear, clear_b
     betas = lattice.size[i, 1]
     pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
     pace_c, pace_d = lattice.pace[j, 0], lattice.pace[j, 1]
-    turned_block = Block(0, low_i, next_low_j, betas, max(next_high_j - next_low_j + 1, 0))
+    width, turned_width = max(high_j - low_j + 1, 0), max(next_high_j - next_low_j + 1, 0)
+    turned_block = Block(0, low_i, next_low_j, betas, turned_width)
     for a in range(low_i, high_i + 1):
         for b in range(betas):
-            before, row = _row(here, a, b), _row(turned_block, a, b)
-            for c in range(next_low_j, next_high_j + 1):
-                bits = _NONE
-                for d in range(max(c - pace_c, low_j), min(c + pace_c, high_j) + 1):
-                    bits |= reach[before + d]
-                for _ in range(pace_d):
-                    bits |= (bits << _ONE) | (bits >> _ONE)
-                turned[0, row + c] = bits
+            at, to = _row(here, a, b) + low_j, _row(turned_block, a, b) + next_low_j
+            before, now = reach[at : at + width], turned[0, to : to + turned_width]
+            now[:] = _NONE
+            for shift in range(next_low_j - low_j - pace_c, next_low_j - low_j + pace_c + 1):
+                _add_shifted(before, shift, now)
+            for _ in range(pace_d):
+                for c in range(len(now)):
+                    now[c] |= (now[c] << _ONE) | (now[c] >> _ONE)
         for b in range(betas):
-            row = _row(turned_block, a, b)
-            for c in range(next_low_j, next_high_j + 1):
-                turned[1, row + c] = turned[0, row + c]
+            to = _row(turned_block, a, b) + next_low_j
+            now = turned[1, to : to + turned_width]
+            now[:] = _NONE
             for y in range(max(b - pace_b, 0), min(b + pace_b, betas - 1) + 1):
-                beside = _row(turned_block, a, y)
-                for c in range(next_low_j, next_high_j + 1):
-                    turned[1, row + c] |= turned[0, beside + c]
+                at = _row(turned_block, a, y) + next_low_j
+                _add_shifted(turned[0, at : at + turned_width], 0, now)
     anywhere = _NONE
+    shut = blocked_j[next_low_j : next_low_j + turned_width]
     for a in range(next_low_i, next_high_i + 1):
-        left, right = max(a - pace_a, low_i), min(a + pace_a, high_i)
         for b in range(betas):
-            closed = holds(blocked_i[a], b)
-            after, free = _row(there, a, b), _row(clear_block, a, b)
-            for c in range(next_low_j, next_high_j + 1):
-                bits = _NONE
-                if not closed:
-                    for d in range(left, right + 1):
-                        bits |= turned[1, _row(turned_block, d, b) + c]
-                    bits &= clear[free + c] & ~blocked_j[c]
-                reach[after + c] = bits
-                anywhere |= bits
+            to = _row(there, a, b) + next_low_j
+            now = reach[to : to + turned_width]
+            now[:] = _NONE
+            if holds(blocked_i[a], b):
+                continue
+            for x in range(max(a - pace_a, low_i), min(a + pace_a, high_i) + 1):
+                at = _row(turned_block, x, b) + next_low_j
+                _add_shifted(turned[1, at : at + turned_width], 0, now)
+            at = _row(clear_block, a, b) + next_low_j
+            free = clear[at : at + turned_width]
+            for c in range(len(now)):
+                now[c] &= free[c] & ~shut[c]
+                anywhere |= now[c]
     return anywhere != _NONE
 
 
@@ -261,15 +274,18 @@ def _mark_blocked_by_others(arms, near, lattice, i, partner, trig, limits, respe
 
 
 @leaf
-def find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear):
-    """Fill `clear` (A B A,) with where positioners i and j clear each other by `apart` [mm], for `move_jointly`."""
+def find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again):
+    """Fill `clear` (A B A,) with where positioners i and j clear each other by `apart` [mm], for `move_jointly`.
+
+    `again`: it says where they clear each other by less.
+    """
     link_directions(arms, lattice, i, scratch.trig)
     link_directions(arms, lattice, j, scratch.trig_other)
-    _mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, clear)
+    _mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, clear, again)
 
 
 @leaf
-def move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scratch, steps, state):
+def move_jointly(arms, near, lattice, i, j, clear, clear_steps, limits, respect, variety, scratch, steps, state):
     """Put positioners i and j on paths clear of each other and of their neighbours, if there are any.
 
     `joint_words`, which has to fit into `scratch.reach`, comes first.
@@ -280,7 +296,8 @@ def move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scr
         lattice: everybody's paths.
         i: one positioner.
         j: the other.
-        clear: where they clear each other: `find_clear_nodes`.
+        clear: where they clear each other: `find_clear_nodes`,
+        clear_steps: in so many steps, or fewer.
         limits: (pairs,) clearance to keep from others [mm].
         respect: how much the paths of neighbours count, from 1.5, all of them, to 0, only of those that cannot move.
         variety: from 0, the path that is folded most, to 1, anything like it.
@@ -297,7 +314,7 @@ def move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scr
     row, blocked, blocked_other = scratch.row, scratch.blocked, scratch.blocked_other
     _mark_blocked_by_others(arms, near, lattice, i, j, trig_i, limits, respect, steps, row, blocked, state)
     _mark_blocked_by_others(arms, near, lattice, j, i, trig_j, limits, respect, steps, row, blocked_other, state)
-    clear_block = _block_of_all(lattice, i, j, steps)
+    clear_block = _block_of_all(lattice, i, j, clear_steps)
     here, end = _block_after(lattice, i, j, 0, steps, 0)
     _start_in(lattice, i, j, reach, here, end)
     for k in range(steps):
@@ -365,7 +382,7 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
         return UNKNOWN
     link_directions(arms, lattice, i, trig_i)
     link_directions(arms, lattice, j, trig_j)
-    _mark_clear(arms, lattice, i, j, apart, trig_i, trig_j, _UNBOUNDED, clear)
+    _mark_clear(arms, lattice, i, j, apart, trig_i, trig_j, _UNBOUNDED, clear, False)
     blocked_i, blocked_j = scratch.blocked[0], scratch.blocked_other[0]
     _mark_blocked_by_stationary(arms, near, lattice, i, trig_i, limit, blocked_i)
     _mark_blocked_by_stationary(arms, near, lattice, j, trig_j, limit, blocked_j)

@@ -28,11 +28,12 @@ from fiberplan.planners.direct.repair import (
     repair,
 )
 from fiberplan.planners.shared.memory import refuse_large
+from fiberplan.planners.shared.threads import in_parts_at_once
 from fiberplan.problem import Problem
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
-_JOINT_WORK = 20  # single replans that a joint one counts as
+_JOINT_WORDS = 100_000  # of a joint replan that take as long as a single one
 _PACES = np.array([(1, 1), (2, 2), (4, 2)])  # nodes that alpha and beta may go in a step, by fineness
 FINEST = len(_PACES) - 1  #: fineness of a lattice
 ON_ITS_WAY = FINEST + 1  #: in place of a fineness: there is nothing but one way
@@ -62,6 +63,7 @@ class Paths:
         self.limit = problem.margin + SLACK
         self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms that block it
         self.held: set[int] = set()  #: never leave their start
+        self.elsewhere: set[int] = set()  #: were asked to reach their target in another configuration
         self.off_ways: set[int] = set()  #: were on ways of their own once, which others could not get past
         travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
         bound = float(travel.max(initial=0.0))
@@ -96,7 +98,7 @@ class Paths:
     def work(self) -> int:
         """Single replans so far, joint ones counted as many."""
         work = self.search.work[0]
-        return int(work["replans"] + _JOINT_WORK * work["joint_moves"])
+        return int(work["replans"] + work["joint_words"] // _JOINT_WORDS)
 
     @property
     def short_pair(self) -> int:
@@ -109,11 +111,16 @@ class Paths:
 
     def place(self, who: np.ndarray, alone: bool = False) -> None:
         """Put positioners `who` (m,) on their cheapest paths past everyone else's, or as if nobody else were there."""
-        near = self.near
         if alone:
-            near = near._replace(offsets=read_only(np.zeros_like(near.offsets), np.int64))
-        place_each(self._arms, near, self.lattice, self.search, self._scratch, who, self.steps)
+            in_parts_at_once(self._place_alone, who)
+        else:
+            place_each(self._arms, self.near, self.lattice, self.search, self._scratch, who, self.steps)
         self.update_contacts()
+
+    def _place_alone(self, who: np.ndarray) -> None:
+        """Put positioners `who` (m,) on their cheapest paths as if nobody else were there, wherever others are put."""
+        nobody = self.near._replace(offsets=read_only(np.zeros_like(self.near.offsets), np.int64))
+        place_each(self._arms, nobody, self.lattice, self.search, make_scratch(self.lattice), who, self.steps)
 
     def update_contacts(self) -> None:
         """Find all pairs that touch."""
@@ -144,7 +151,7 @@ class Paths:
         """Let there be so many steps, if there are fewer."""
         if steps > self.steps:
             self.lattice = lengthened(self.lattice, steps)
-            self._scratch = make_scratch(self.lattice)
+            self._scratch = make_scratch(self.lattice, self._scratch)
             self.steps = steps
 
     @property
@@ -154,8 +161,9 @@ class Paths:
 
     def go_back_to(self, solution: Solution) -> None:
         """Take the paths of a solution again."""
+        same = self.lattice.beta is solution.lattice.beta  # nodes, as far as pairs that were searched jointly go
         self.steps, self.lattice = solution
-        self._scratch = make_scratch(self.lattice)
+        self._scratch = make_scratch(self.lattice, self._scratch if same else None)
         self.update_contacts()
 
     def cut(self, solution: Solution, steps: int) -> None:

@@ -20,6 +20,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Bound, Plan
 from fiberplan.planners.direct.goals import Goals, goals_in_time
+from fiberplan.planners.direct.improving import react, shorten
 from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS
 from fiberplan.planners.direct.losses import Losses
 from fiberplan.planners.direct.search import DirectSearch
@@ -50,7 +51,9 @@ class Direct:
 
     max_time: float | None = setting(None, "give up what cannot be done in this time", "s")
     min_reaction: float | None = setting(None, "who stops dead is touched no sooner, where that can be had", "s")
-    budget: float = setting(60.0, "replans per positioner, and 5,000, before goals are given up; a joint one counts 20")
+    budget: float = setting(
+        60.0, "replans per positioner, and 5,000, until goals are given up; joint ones count as many"
+    )
     turn: float = setting(np.radians(6.0), "turn of alpha in one step of the search", "rad")
     seed: int = 0  #: of the order of repairs
 
@@ -105,7 +108,7 @@ class Direct:
             search.begin()
             solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
             if solved:
-                search.shorten(proceed)
+                shorten(search, proceed)
                 if self.min_reaction is not None:
                     _make_late_safe(search, self.min_reaction, proceed)
         except (KeyboardInterrupt, Exception) as error:
@@ -199,9 +202,9 @@ def _make_late_safe(search: DirectSearch, seconds: float, proceed: Callable[[], 
     """Look for paths on which arms that are late keep clear; more between nodes, where the first are not proven to."""
     for apart in _APART:
         motion = as_trajectory(search.lattice.path[: search.problem.n, : search.steps + 1], search.duration)
-        if _reacts(search.problem, motion, seconds) or not search.react(seconds, apart, proceed):
+        if _reacts(search.problem, motion, seconds) or not react(search, seconds, apart, proceed):
             return
-        search.shorten(proceed)
+        shorten(search, proceed)
 
 
 def _reacts(problem: Problem, motion: Trajectory, seconds: float) -> bool:

@@ -30,7 +30,7 @@ _INFLATION = 0.1  # [mm] by which a pair that touches only between steps is kept
 _JOINT_INFLATION = 0.05  # [mm] the same for a pair that was moved jointly
 _MOST_INFLATION = 1.5  # [mm] of either
 _PATIENCE = 8  # replans on account of one pair before it is moved jointly
-HELD = 6  # conflicts after which a positioner that was moved jointly may be replanned alone
+_HELD = 6  # conflicts after which a positioner that was moved jointly may be replanned alone
 _RESPECT = (1.5, 0.5, 0.0)  # how much neighbours' paths count, as a pair is moved jointly again and again
 _MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs more is not moved jointly
 
@@ -43,7 +43,8 @@ WORK = np.dtype(
         np.record,
         [
             ("replans", "i8"),  # of single positioners
-            ("joint_moves", "i8"),  # of pairs, in vain or not
+            ("joint_moves", "i8"),  # of pairs, in vain or not,
+            ("joint_words", "i8"),  # and what they were searched in
             ("short_pair", "i8"),  # that needs more steps than there are
         ],
     )
@@ -101,15 +102,20 @@ class Scratch(NamedTuple):
     end: np.ndarray  # (4,)
 
 
-def make_scratch(lattice: Lattice) -> Scratch:
+def make_scratch(lattice: Lattice, before: Scratch | None = None) -> Scratch:
     """Room for the largest lattice, and for the joint nodes of any pair up to a limit.
 
-    Of `reach` only what a pair needs is ever touched, so only that much memory is taken.
+    Of `reach` only what a pair needs is ever touched, so only that much memory is taken. What `before` knows of where
+    pairs clear each other stays known, if it is of the same lattices.
     """
     a, b, k = lattice.alpha.shape[1], lattice.beta.shape[1], lattice.steps + 1
     word = np.uint64
     tables = np.zeros(max(1, min(_MOST_TABLES, _MOST_WORDS // (2 * a * b * a))), TABLE)
     tables["pair"] = -1
+    if before is not None and before.clear.shape == (len(tables), a * b * a):
+        clear, tables = before.clear, before.clear_for
+    else:
+        clear = np.empty((len(tables), a * b * a), word)
     return Scratch(
         price=np.empty((k, a, b), np.float32),
         cost=np.empty((k, a, b), np.float32),
@@ -123,7 +129,7 @@ def make_scratch(lattice: Lattice) -> Scratch:
         reach=np.empty(min(_MOST_WORDS, k * a * b * a), word),
         begins=np.empty(k + 1, np.int64),
         turned=np.empty((2, a * b * a), word),
-        clear=np.empty((len(tables), a * b * a), word),
+        clear=clear,
         clear_for=tables,
         end=np.empty(4, np.int64),
     )
@@ -192,36 +198,45 @@ def place_each(arms, near, lattice, search, scratch, who, steps):
 
 @leaf
 def _table_for(arms, lattice, i, j, pair, apart, scratch, steps):
-    """Which of the tables in `scratch.clear` says where i and j clear each other by `apart` [mm]; filled if new."""
+    """Which of the tables in `scratch.clear` says where i and j clear each other by `apart` [mm]; filled if new.
+
+    One for more steps serves as well.
+    """
     tables = scratch.clear_for
-    latest = oldest = 0
+    latest = mine = 0
+    for m in range(len(tables)):
+        latest = max(latest, tables[m].used)
+        if tables[m].used < tables[mine].used:
+            mine = m
+    again = False
     for m in range(len(tables)):
         here = tables[m]
-        latest = max(latest, here.used)
-        if here.used < tables[oldest].used:
-            oldest = m
-    for m in range(len(tables)):
-        here = tables[m]
-        if here.pair == pair and here.steps == steps and here.apart == apart:
-            here.used = latest + 1
-            return m
-    mine = tables[oldest]
-    mine.pair, mine.steps, mine.apart, mine.used = pair, steps, apart, latest + 1
-    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, scratch.clear[oldest])
-    return oldest
+        if here.pair == pair and here.steps >= steps and here.apart <= apart:
+            mine, again = m, True
+    here = tables[mine]
+    here.used = latest + 1
+    if not again or here.apart < apart:
+        steps = here.steps if again else steps
+        here.pair, here.steps, here.apart = pair, steps, apart
+        find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, scratch.clear[mine], again)
+    return mine
 
 
 @leaf
 def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
     """Move a pair jointly; returns False if it needs more steps than there are."""
     variety = min(1.0, 0.2 * search.joined[pair])
-    clear = scratch.clear[_table_for(arms, lattice, i, j, pair, search.joint_limits[pair], scratch, steps)]
+    table = _table_for(arms, lattice, i, j, pair, search.joint_limits[pair], scratch, steps)
+    clear, clear_steps = scratch.clear[table], scratch.clear_for[table].steps
     for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
         search.work[0].joint_moves += 1
+        search.work[0].joint_words += scratch.begins[steps + 1]
         limits, respect = search.limits, _RESPECT[n]
-        if move_jointly(arms, near, lattice, i, j, clear, limits, respect, variety, scratch, steps, search.state):
+        if move_jointly(
+            arms, near, lattice, i, j, clear, clear_steps, limits, respect, variety, scratch, steps, search.state
+        ):
             search.joined[pair] += 1
-            search.held[i] = search.held[j] = HELD
+            search.held[i] = search.held[j] = _HELD
             _update_contacts(arms, near, lattice, search, i, limit, steps)
             _update_contacts(arms, near, lattice, search, j, limit, steps)
             if search.contacts[pair] > 0 and search.joint_limits[pair] < limit + _MOST_INFLATION:

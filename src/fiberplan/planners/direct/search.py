@@ -9,27 +9,22 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from fiberplan.kernels.clearance import clearances
-from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, steps_past_fixed
+from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, makes_room, steps_past_fixed
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.paths import ON_ITS_WAY, Paths
-from fiberplan.planners.direct.repair import HELD, SOLVED, TOO_SHORT
+from fiberplan.planners.direct.repair import SOLVED, SPENT, TOO_SHORT
 from fiberplan.planners.direct.settling import give_up_one_of, settle
 from fiberplan.planners.direct.untangle import cluster_around, untangled
-from fiberplan.tolerances import SLACK
 
+PATIENCE = 300  #: work in which the contacts do not get fewer, before there are more steps
+SMALLEST_CLUSTER = 2
+_LARGEST_CLUSTER = 8  # moved jointly
 _CHUNK = 50  # replans between two checks of the clock
-_PATIENCE = 100  # replans in which the contacts do not get fewer, before there are more steps
 _GROWTH = 0.03  # of the steps, the first time; as much more every time
-_CUTS = 8  # tries to make a solution shorter,
-_PART = 0.8  # of the clearance at rest, that arms which are late keep
-_LATEST = 2.0  # times as many steps as without, for arms that may be late, at most
-_LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this,
-_CUT_PATIENCE = 100  # each given up like this
-_LARGEST_CLUSTER = 4  # moved jointly
 _FEW = 2  # contacts, of which each try may be a joint one
 _SMALL_CHUNK = 10  # replans then
 _LONGER = 0.03  # joint paths may take this much longer than everyone has, times the square of how often all got stuck
+_HELD = 60  # conflicts after which one of a cluster may be replanned alone
 _SECOND_WIND = 100  # replans for every goal given up
 
 
@@ -40,6 +35,7 @@ class DirectSearch(Paths):
     slowest_need = 0  #: steps that it needs alone
     slowest_past_fixed: int | None = None  #: needs more than by joint speeds, past what never moves
     need_past_fixed = 0  #: steps that it needs
+    cluster_size = SMALLEST_CLUSTER  #: that is tried next
 
     def begin(self) -> None:
         """Everybody on the cheapest path of their own; those that need more steps past fixed arms get them."""
@@ -68,26 +64,25 @@ class DirectSearch(Paths):
 
     def run(self, budget: int, proceed: Callable[[], bool]) -> bool:
         """Repair until nothing touches; False if `proceed` said to stop before that."""
-        fewest, stuck, growth, last_resort, tried = self.touching, 0, 1, False, False
+        fewest, stuck, growth, last_resort = self.touching, 0, 1, False
+        self.cluster_size = SMALLEST_CLUSTER
         while proceed():
-            chunk = _CHUNK if self.touching > _FEW else _SMALL_CHUNK
-            result = self.repair(chunk)
+            before = self.work
+            result = self.attempt()
             if result == SOLVED:
                 return True
-            stuck += chunk
+            stuck += self.work - before
             if self.touching < fewest or eased(self):
-                stuck, tried = 0, False
-            elif self.touching <= _FEW and not tried:  # a joint path found at random costs little, and may fit as it is
-                tried = True
-                self._untangle(self.in_contact, 2, self.steps)
+                stuck, self.cluster_size = 0, SMALLEST_CLUSTER
             if result == TOO_SHORT:
                 self._lengthen_for(self.short_pair)
-            elif self.work > budget or (stuck > _PATIENCE and self.steps >= self.most_steps):
+            elif self.work > budget or (stuck > PATIENCE and self.steps >= self.most_steps):
                 rescued = 0 if last_resort else self._untangle(self.in_contact, _LARGEST_CLUSTER, self.most_steps)
                 last_resort = True
+                rescued = rescued or makes_room(self, np.unique(self.pairs[self.in_contact]))
                 budget = max(budget, self.work) + _SECOND_WIND * (rescued or len(settle(self)))
                 fewest, stuck = self.touching, 0
-            elif stuck > _PATIENCE:
+            elif stuck > PATIENCE:
                 if growth > 2:
                     longest = int(self.steps * (1 + _LONGER * growth**2))
                     self._untangle(self.in_contact, min(growth, _LARGEST_CLUSTER), longest)
@@ -95,60 +90,17 @@ class DirectSearch(Paths):
                 self.start_afresh()
                 self.take_off_ways(np.unique(self.pairs[self.in_contact]))
                 fewest, stuck, growth = self.touching, 0, growth + 1
+                self.cluster_size = SMALLEST_CLUSTER
             fewest = min(fewest, self.touching)
         return False
 
-    def shorten(self, proceed: Callable[[], bool]) -> None:
-        """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far."""
-        best, most, tries = self.solution, self.work + max(self.work, _LEAST_CUT_WORK), _CUTS
-        cut = best.steps - self.least_steps
-        try:
-            while cut >= 1 and tries and self.work < most and proceed():
-                tries -= 1
-                self.cut(best, best.steps - cut)
-                if self._cut_is_repaired(proceed):
-                    best = self.solution
-                    cut = best.steps - self.least_steps
-                else:
-                    cut //= 2
-        finally:
-            self.go_back_to(best)
-
-    def react(self, seconds: float, apart: float, proceed: Callable[[], bool]) -> bool:
-        """From a solution, look for one in which arms that are this late [s] still keep `apart` [mm].
-
-        Paths get longer where that gets stuck. False, with the solution as it was, if there is none in time.
-        """
-        before, steps = self.solution.copied(), self.steps
-        if seconds >= steps * self.duration:  # paths would have to be apart altogether
-            return False
-        path = self.lattice.path
-        ends = (clearances(self.plane.arms, path[:, k].copy(), self.pairs) for k in (0, self.steps))
-        room = np.clip(_PART * np.minimum(*ends), SLACK, apart)  # no more than they have before and after
-        self.lattice = self.lattice._replace(delay=int(np.ceil(seconds / self.duration)), apart=room)
-        self.update_contacts()
-        most, growth = min(self.most_steps, int(_LATEST * steps)), 1
-        while proceed():
-            if self._cut_is_repaired(proceed):
-                return True
-            if self.steps >= most:
-                break
-            self.lengthen(min(self.steps + max(1, int(steps * _GROWTH * growth)), most))
-            self.start_afresh()
-            growth += 1
-        self.go_back_to(before)
-        return False
-
-    def _cut_is_repaired(self, proceed: Callable[[], bool]) -> bool:
-        """Whether repair finds a solution before it gets stuck."""
-        fewest, stuck = self.touching, 0
-        while stuck < _CUT_PATIENCE and proceed():
-            result = self.repair(_CHUNK)
-            if result in (SOLVED, TOO_SHORT):
-                return result == SOLVED
-            stuck = 0 if self.touching < fewest else stuck + _CHUNK
-            fewest = min(fewest, self.touching)
-        return False
+    def attempt(self) -> int:
+        """Repair for a while; where few contacts are left, try a joint path of those around, of one more every time."""
+        result = self.repair(_CHUNK if self.touching > _FEW else _SMALL_CHUNK)
+        if result == SPENT and self.touching <= _FEW and self.cluster_size <= _LARGEST_CLUSTER:
+            found = self._untangle(self.in_contact, self.cluster_size, self.steps)
+            self.cluster_size = SMALLEST_CLUSTER if found else self.cluster_size + 1
+        return result
 
     def _untangle(self, pairs: Iterable[int], size: int, most: int) -> int:
         """Put clusters of `size` around some pairs on joint paths of at most so many steps; how many move now."""
@@ -168,7 +120,7 @@ class DirectSearch(Paths):
             self.lengthen(len(path) - 1)
             at_rest = np.repeat(path[-1:], self.steps + 1 - len(path), axis=0)
             self.lattice.path[members] = np.concatenate([path, at_rest]).swapaxes(0, 1)
-            search.held[members] = HELD
+            search.held[members] = _HELD
         if taken:
             self.update_contacts()
         return len(taken)
@@ -193,5 +145,5 @@ class DirectSearch(Paths):
             self.lengthen(need)
             return
         apart = need == UNKNOWN or any(self._untangle([pair], size, self.most_steps) for size in (2, 3))
-        if not apart and not self.take_off_ways(arms):
+        if not apart and not self.take_off_ways(arms) and not makes_room(self, arms):
             give_up_one_of(self, pair)

@@ -1,8 +1,9 @@
-"""Three or more that block each other: a joint path found at random, in whole steps.
+"""A few that block each other: a joint path, found at random or by way of folded, shortened, in whole steps.
 
-What pairs cannot undo is searched by RRT-Connect in the joint space of all of them
-(`fiberplan.planners.shared.rrt_connect`), as if only they and what never moves were there; everyone else has to find
-a path around it.
+What pairs cannot undo on their lattices is searched as if only those few and what never moves were there; everyone
+else has to find a path around it. Small groups are searched by RRT-Connect in the joint space of all of them
+(`fiberplan.planners.shared.rrt_connect`); any group may go by way of folded (`fiberplan.planners.greedy_fold`), which
+takes long, but is found where passages are too narrow to be met at random. Shortcuts then take most of the detour out.
 """
 
 import numpy as np
@@ -11,12 +12,18 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct.lattice import Lattice
 from fiberplan.planners.direct.repair import Search
+from fiberplan.planners.direct.shortcuts import hurried
 from fiberplan.planners.direct.trim import in_parts
+from fiberplan.planners.greedy_fold.fold import Folding
 from fiberplan.planners.shared.rrt_connect import joint_path
-from fiberplan.tolerances import UNDER_LIMIT
+from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _DRAWS = 2  # searches, of which the shortest path is taken
 _NODES = 2000  # of either tree: the passages left here are narrow
+_FEW = 4  # searched at random, too
+_FOLD_STEP = np.radians(1.0)  # of the fastest joint
+_MOST_FOLD = np.radians(700.0)  # turned by then
+_SHORTCUTS = 300  # tried for each member
 
 
 def cluster_around(core: list[int], size: int, near: Neighbourhood, search: Search, lattice: Lattice) -> list[int]:
@@ -61,15 +68,41 @@ def untangled(
     seen = inside | lattice.fixed
     kept = pairs[(inside[pairs[:, 0]] & seen[pairs[:, 1]]) | (inside[pairs[:, 1]] & seen[pairs[:, 0]])]
     alone = Neighbourhood.from_pairs(len(lattice.fixed), kept)
-    standing = np.array(lattice.path[: plane.n, 0])
-    best = None
-    for draw in range(_DRAWS):
-        path, _ = joint_path(plane, alone, np.array(members), standing, goal, margin, seed + draw, _NODES)
-        if path is None:
-            continue
-        times, angles = path
+    standing, who = np.array(lattice.path[: plane.n, 0]), np.array(members)
+    ways = [_by_way_of_folded(plane, alone, who, standing, goal, margin, seed)]
+    for draw in range(seed, seed + _DRAWS) if len(members) <= _FEW else ():
+        ways.append(joint_path(plane, alone, who, standing, goal, margin, draw, _NODES)[0])
+    found = []
+    for times, angles in (way for way in ways if way is not None):
         counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
-        stepwise = in_parts(angles, counts)  # a whole number of steps for every move
-        if best is None or len(stepwise) < len(best):
-            best = stepwise
-    return best
+        path = np.repeat(lattice.path[:, :1], 1 + counts.sum(), axis=1)
+        path[who] = in_parts(angles, counts).swapaxes(0, 1)  # a whole number of steps for every move
+        tries, state, blame = _SHORTCUTS * len(members), np.array([seed], np.uint64), np.zeros(len(path), np.int64)
+        arrival = hurried(plane, alone, path, who, margin + SLACK, duration, tries, state, blame)
+        found.append(path[who, : arrival + 1].swapaxes(0, 1))
+    return min(found, key=len, default=None)
+
+
+def _by_way_of_folded(
+    plane: FocalPlane,
+    near: Neighbourhood,
+    members: np.ndarray,
+    standing: np.ndarray,
+    goal: np.ndarray,
+    margin: float,
+    seed: int,
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times (m,) [s] and angles (m, k, 2) [rad] by way of folded, of everybody in `near`; None if some get stuck."""
+    movable = np.zeros(plane.n, bool)
+    movable[members] = True
+    folding = Folding(plane, margin, movable, near, _FOLD_STEP, _MOST_FOLD, skip_noops=True, relief="joint")
+    rng, ends = np.random.default_rng(seed), standing.copy()
+    ends[members] = goal
+    out = folding.fold(standing, rng)
+    back = folding.fold(ends, rng) if not len(out.stuck) else out
+    if len(back.stuck):
+        return None
+    knots = [out.trajectory.then(back.trajectory.reversed()).knots(i) for i in members]
+    times = np.unique(np.concatenate([t for t, _ in knots]))
+    angles = np.array([[np.interp(times, t, q[:, d]) for d in (0, 1)] for t, q in knots])
+    return times, np.moveaxis(angles, 2, 0)

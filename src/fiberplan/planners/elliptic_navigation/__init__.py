@@ -23,9 +23,9 @@ Paper                                                                 here
  8    all move                                                        `descent._decide`, `descent._go`
 
 What differs, and why: line 5 pulls the joints, not the fiber, because targets come with an elbow solution and a fiber
-cannot tell the two apart. Line 6 fades while a neighbour comes no nearer to its aim, to nothing after `calm` seconds,
-and for two that are both within `near` seconds of their goals; without that, positioners at rest hold others off free
-goals. Line 7 lets the weights turn with the arm. Line 8 grants a step only as far as it is proven clear
+cannot tell the two apart. Line 6 fades while a neighbour comes no nearer to its aim, to nothing after `stall_time`
+seconds, and for two that are both within `near` seconds of their goals; without that, positioners at rest hold others
+off free goals. Line 7 lets the weights turn with the arm. Line 8 grants a step only as far as it is proven clear
 (`planners.shared.safe_steps`), so a positioner that does not arrive stays where it stands.
 
 Relief of deadlocks (``relief="layers"``) after the idea of Tao2018; states and rules are ours:

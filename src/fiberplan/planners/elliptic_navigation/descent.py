@@ -1,9 +1,9 @@
 """The compiled loop: every positioner asks for a step down its potential, and gets of it what is proven safe.
 
 All ask from the same positions, as in the paper (simultaneous update). What only stands does not push: a positioner
-that has come no nearer to its aim for a while (`Field.calm`), an offline one or an obstacle can be passed as near as is
-safe, where a push from it would hold others off for ever. Neither do two that are both nearly at their goals, because
-real goals are closer than the push reaches.
+that has come no nearer to its aim for a while (`Field.stall_time`), an offline one or an obstacle can be passed as near
+as is safe, where a push from it would hold others off for ever. Neither do two that are both nearly at their goals,
+because real goals are closer than the push reaches.
 """
 
 from typing import NamedTuple
@@ -68,7 +68,7 @@ def _pushed_by(scene, field, i, j):
     """What positioner j pushes positioner i with: turns of both links [rad/s]."""
     me, other = scene.aim[i], scene.aim[j]
     weight = min(1.0, max(me.away, other.away) / field.near)
-    weight *= max(0.0, 1.0 - other.quiet * field.dt / field.calm)
+    weight *= max(0.0, 1.0 - other.quiet * field.dt / field.stall_time)
     first = second = 0.0
     if weight == 0.0:
         return first, second
@@ -183,7 +183,7 @@ def descend(arms, near, now, record, scene, field, steps):
         if there == n:
             return THERE
         scene.clock[1] = 0 if moved else scene.clock[1] + 1
-        if scene.clock[1] * field.dt > field.calm:  # by then nobody pushes any more
+        if scene.clock[1] * field.dt > field.stall_time:  # by then nobody pushes any more
             return STILL
     return STEPPED
 

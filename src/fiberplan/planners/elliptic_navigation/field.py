@@ -23,7 +23,7 @@ class Field(NamedTuple):
     D: float  # weighted distance below which zones push [mm]
     d: float  # and at which they touch [mm]
     near: float  # two positioners both this near to their goals do not push each other fully [s]
-    calm: float  # a positioner that has come no nearer for this long does not push [s]
+    stall_time: float  # a positioner that has come no nearer for this long does not push [s]
     dt: float  # [s]
 
 

@@ -44,7 +44,7 @@ class EllipticNavigationFunction:
     influence: float = setting(2.0, "zones push from this far apart: the papers' D - d, in weighted distance", "mm")
     spread: float = setting(0.1, "the largest zones are taken for larger than the smallest by this part")
     near: float = setting(3.0, "two that are both this near to their goals push each other less and less", "s")
-    calm: float = setting(1.0, "a positioner that has come no nearer for this long stops pushing the others", "s")
+    stall_time: float = setting(1.0, "a positioner that has come no nearer for this long stops pushing the others", "s")
     dt: float = setting(0.1, "a step of the descent", "s")
     relief: Literal["layers", "none"] = setting("layers", "what to do about deadlocks")
     """Lead the stalled past those in their path, round by round; or nothing."""
@@ -58,7 +58,7 @@ class EllipticNavigationFunction:
 
     def __post_init__(self) -> None:
         refuse_seed(self.name, self.seed)
-        units = {"influence": "mm", "near": "s", "calm": "s", "dt": "s", "patience": "s", "max_time": "s"}
+        units = {"influence": "mm", "near": "s", "stall_time": "s", "dt": "s", "patience": "s", "max_time": "s"}
         push = "rad / (s mm2)"
         in_units(self, units | {"lambda1": "", "lambda2": push, "lambda3": push, "spread": ""}, ProblemError)
         for label in ("lambda1", "lambda2", "lambda3", *units):
@@ -110,7 +110,7 @@ class EllipticNavigationFunction:
     def _field(self, problem: Problem) -> Field:
         touch = weighted_width(problem.plane) + problem.margin
         weights = (self.lambda1, self.lambda2, self.lambda3)
-        return Field(*weights, touch + self.influence, touch, self.near, self.calm, self.dt)
+        return Field(*weights, touch + self.influence, touch, self.near, self.stall_time, self.dt)
 
     def _check_step(self, problem: Problem) -> None:
         plane = problem.plane

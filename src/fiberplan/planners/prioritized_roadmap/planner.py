@@ -86,7 +86,13 @@ class PrioritizedRoadmap:
         return Search(Settings(**asdict(self)), problem)
 
     def plan_of(self, search: Search, done: Pass, seconds: float) -> Plan:
-        """The plan that a pass without failures makes, found in so many seconds of CPU."""
+        """The plan that a pass without failures makes.
+
+        Args:
+            search: what was searched, and who was given up before.
+            done: the pass.
+            seconds: of CPU that all this took [s].
+        """
         problem = search.problem
         return Plan(
             problem=problem,

@@ -16,5 +16,6 @@
 - `recording`: many small steps recorded as few knots (navigation_function, elliptic_navigation)
 - `rrt_connect`: a joint path of a few positioners, the others at rest (greedy_fold, direct, and `joint_paths` here)
 - `joint_paths`: joint paths, at the end, for those that a field left stuck (navigation_function)
+- `threads`: work on many positioners at once, by all cores, with the same result for any number (direct)
 - `straighten`: fewer knots, wherever an even move provably stays clear (greedy_fold, direct, amending)
 """

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from fiberplan.arrays.seeds import seed_complaint
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.two_link import TwoLink
-from fiberplan.plan.seeds import seed_complaint
 from fiberplan.problem import Problem
 from fiberplan.tolerances import SPEED
 

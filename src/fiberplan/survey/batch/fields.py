@@ -12,7 +12,8 @@ import numpy as np
 
 from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
-from fiberplan.tables.table_reader import InputTable, given_table, read_table
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import given_table, read_table
 
 _WANTED = (("id",),)  # columns of the table in a file of several
 _UNITS = {"ra": "rad", "dec": "rad", "position_angle": "rad", "year": "yr"}

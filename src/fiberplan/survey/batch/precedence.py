@@ -18,6 +18,7 @@ class Precedence:
         self.before: list[int | None] = []  #: the field before in the chain
         self._last_in_chain: dict[str, int] = {}
         self._last_with = np.full(targets, -1, np.int64)
+        self._turn: list[int] = []  # of each field: how many have to be done one after the other until it is
         self._unmet: list[int] = []
         self._followers: list[list[int]] = []
         self._ready: list[int] = []
@@ -31,6 +32,7 @@ class Precedence:
         needs = set(np.unique(self._last_with[shared]).tolist()) - {-1}
         self._last_with[shared] = k
         needs |= set() if before is None else {before}
+        self._turn.append(1 + max((self._turn[other] for other in needs), default=0))
         self.before.append(before)
         self._unmet.append(len(needs))
         self._followers.append([])
@@ -38,6 +40,11 @@ class Precedence:
             self._followers[other].append(k)
         if not needs:
             heapq.heappush(self._ready, k)
+
+    @property
+    def longest(self) -> int:
+        """How many fields have to be done one after the other, however many workers there are."""
+        return max(self._turn, default=0)
 
     def done(self, k: int) -> None:
         """Field k is done; whoever waited for it alone is ready."""

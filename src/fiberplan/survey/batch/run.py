@@ -14,10 +14,10 @@ import numpy as np
 
 from fiberplan import __version__
 from fiberplan.arrays import not_negative
+from fiberplan.arrays.seeds import seed_complaint
 from fiberplan.errors import FiberplanError, ProblemError, interrupted
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.io.plan_file import read_plan
-from fiberplan.plan.seeds import seed_complaint
 from fiberplan.planners import Direct
 from fiberplan.planners.protocol import Planner
 from fiberplan.problem import State
@@ -125,7 +125,7 @@ def run(
                     executor.shutdown(wait=False, cancel_futures=True)
         assumed = () if telescope is None or targets.sky is None else (NOT_MODELLED, *telescope.assumptions)
         records = tuple(ledger.records[k] for k in range(len(fields)))
-        survey = Survey(plane, targets, fields, records, batch.lying, assumed)
+        survey = Survey(plane, targets, fields, records, batch.lying, batch.longest, assumed)
         write_tables(survey.tables(), Path(folder) / "tables")
         write_report(survey, Path(folder) / "report.html")
         return survey
@@ -155,6 +155,7 @@ class _Batch:
             there = targets.target[lying.of(k)[0]]
             self.lying[there] += 1
             self._order.add(there[~self._repeated[there]])
+        self.longest = self._order.longest
         self.todo = len(fields) - len(ledger.records)
 
     def go(self, executor: Executor, setup: Packed, many: int, report: Callable[[str], None]) -> None:

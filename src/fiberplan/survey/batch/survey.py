@@ -29,6 +29,7 @@ class Survey(Frozen):
     fields: Fields
     records: tuple[Record, ...]  #: one for each field, in order
     lying: np.ndarray  #: (targets,) in how many fields each target lies
+    longest: int  #: fields that had to be done one after the other, however many workers there were
     assumptions: tuple[str, ...] = ()  #: what places in the focal plane, and proofs, rest on
 
     @property

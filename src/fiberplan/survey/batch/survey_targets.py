@@ -5,6 +5,7 @@ fields that it lies in. Only what is still to be observed is offered to a field;
 offered always.
 """
 
+import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,7 +19,9 @@ from fiberplan.errors import TargetError
 from fiberplan.survey.batch.fields import Fields
 from fiberplan.survey.catalogue import Catalogue
 from fiberplan.survey.sky import SkyPositions, Telescope
-from fiberplan.tables.table_reader import InputTable, given_table, nearest
+from fiberplan.tables.input_table import InputTable
+from fiberplan.tables.table_reader import given_table
+from fiberplan.tables.wording import nearest
 
 _SKY = {"ra": "rad", "dec": "rad", "pm_ra": "rad/yr", "pm_dec": "rad/yr", "epoch": "yr"}
 _IN_FILES = {"rad": "deg", "rad/yr": "mas/yr", "yr": "yr"}
@@ -95,7 +98,10 @@ class SurveyTargets(Frozen):
 
     @classmethod
     def of(cls, given: Any) -> "SurveyTargets":
-        """Targets from a `SurveyTargets`, a table of astropy, or a file's path; columns as in `read`.
+        """Targets from a `SurveyTargets`, a table of astropy, or a file's path.
+
+        Columns are those of `Catalogue.read`, and ``visits``; and ``field`` beside x and y, or places on the sky
+        instead: ``ra``, ``dec`` [deg], ``pm_ra``, ``pm_dec`` [mas/yr] and ``epoch`` [yr].
 
         Raises:
             TargetError: none of these, or one that cannot be used; one line that names column, row and value.
@@ -107,10 +113,6 @@ class SurveyTargets(Frozen):
 
     @classmethod
     def _from(cls, table: InputTable) -> "SurveyTargets":
-        """Columns of `Catalogue.read`, and ``visits``; ``field`` beside x and y, or places on the sky instead.
-
-        Those are ``ra``, ``dec`` [deg], ``pm_ra``, ``pm_dec`` [mas/yr] and ``epoch`` [yr].
-        """
         table.refuse_twins("field", "visits", *_SKY)
         given: dict[str, Any] = {"visits": table.numbers("visits", blank=1.0)} if "visits" in table else {}
         if "ra" not in table:
@@ -120,6 +122,10 @@ class SurveyTargets(Frozen):
         columns = {name: table.numbers(name, unit, _IN_FILES[unit]) for name, unit in _SKY.items() if name in table}
         sky = SkyPositions(**columns, source=table.source, rows=table.rows)
         return cls(Catalogue.from_columns(table, np.zeros((len(table), 2))), sky=sky, **given)
+
+    def turned(self) -> "SurveyTargets":
+        """The same with priorities turned round, as those of a `Catalogue`."""
+        return dataclasses.replace(self, listed=self.listed.turned())
 
     def lying_in(self, fields: Fields, telescope: Telescope | None) -> "LyingIn":
         """Which targets lie in which of these fields.

@@ -4,7 +4,6 @@ Proper motion in right ascension is that along the circle of declination (mu_alp
 """
 
 import dataclasses
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,29 +56,21 @@ class SkyPositions(Frozen):
         return len(self.ra)
 
     def some(self, rows: np.ndarray) -> "SkyPositions":
-        """Those in `rows`."""
+        """Those in `rows` (k,)."""
         columns = {name: getattr(self, name)[rows] for name in _UNITS}
         return SkyPositions(**columns, source=self.source, rows=tuple(self.rows[row] for row in rows.tolist()))
 
     def at(self, year: float) -> "SkyPositions":
-        """Where they are in a Julian year, by astropy; without a distance, and so without parallax."""
+        """Where they are in a Julian year, along straight lines in space; distances, and so parallax, are not known."""
         moves = (self.pm_ra != 0) | (self.pm_dec != 0)
         if not moves.any() or not np.isfinite(year):
             return self
-        from astropy import units as u
-        from astropy.coordinates import SkyCoord
-        from astropy.time import Time
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # erfa says that it takes the missing distance as a large one
-            then = SkyCoord(
-                self.ra * u.rad,
-                self.dec * u.rad,
-                pm_ra_cosdec=self.pm_ra * u.rad / u.yr,
-                pm_dec=self.pm_dec * u.rad / u.yr,
-                obstime=Time(self.epoch, format="jyear"),
-            ).apply_space_motion(new_obstime=Time(year, format="jyear"))
-        ra, dec = np.where(moves, then.ra.rad, self.ra), np.where(moves, then.dec.rad, self.dec)
+        east = np.stack([-np.sin(self.ra), np.cos(self.ra), np.zeros(len(self))], axis=1)
+        north = np.cross(self.directions, east)
+        velocity = self.pm_ra[:, None] * east + self.pm_dec[:, None] * north
+        x, y, z = (self.directions + velocity * (year - self.epoch)[:, None]).T
+        ra, dec = np.arctan2(y, x) % (2 * np.pi), np.arctan2(z, np.hypot(x, y))
+        ra, dec = np.where(moves, ra, self.ra), np.where(moves, dec, self.dec)
         return dataclasses.replace(self, ra=ra, dec=dec, epoch=np.full(len(self), year))
 
     @property

@@ -21,7 +21,7 @@ from fiberplan.arrays import Frozen, number, read_only
 from fiberplan.errors import InstrumentError
 from fiberplan.survey.sky.positions import SkyPositions
 from fiberplan.tables.contents import read_whole
-from fiberplan.tables.table_reader import nearest, one_line
+from fiberplan.tables.wording import nearest, one_line
 
 _BUILTIN = Path(__file__).parent / "telescopes"
 _FIELDS = {"format", "name", "title", "instruments", "scale", "radius", "x_east", "sources", "assumptions"}
@@ -100,7 +100,13 @@ class Telescope(Frozen):
         return np.stack([(r if self.x_east else -r) * np.sin(towards), r * np.cos(towards)], axis=1)
 
     def sky(self, points: np.ndarray, ra: float, dec: float, position_angle: float = 0.0) -> SkyPositions:
-        """What `place` puts at `points` (m, 2) [mm], for a field centred there [rad].
+        """Where on the sky (m,) what `place` puts at some points is.
+
+        Args:
+            points: (m, 2) in the focal plane [mm].
+            ra: of the field's centre [rad].
+            dec: likewise [rad].
+            position_angle: as in `place` [rad].
 
         Raises:
             InstrumentError: a point beyond the edge of the field.

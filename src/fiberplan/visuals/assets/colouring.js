@@ -1,10 +1,22 @@
 // What the colours of arms mean: a few classes, each with a colour and a count, and who is in which. By outcome, by the
-// smallest clearance that is proven, by how far along everybody is at the moment shown, or by priority.
+// smallest clearance that is proven, by the clearance or by how far along everybody is at the moment shown, or by
+// priority.
 
 const NOT_MOVING = "does not move";
 const PROGRESS = ["not started", "up to a quarter", "up to half", "up to three quarters", "on its way", "there"];
 const STEPS = [0.1, 0.3, 0.6, 1, 2]; // above the margin [mm]: as far as proofs say clearances exactly
 const FEW = 6; // so many different priorities have a colour each
+
+// Classes of clearance, from below the margin on, and the edges between them [mm].
+function clearanceClasses(model, meaning) {
+  const { margin } = model.certificate, edges = [margin, ...STEPS.map((step) => margin + step)];
+  const label = (k) => {
+    if (k === 0) return `below ${tidy(margin)} mm`;
+    return k < edges.length ? `${tidy(edges[k - 1])} to ${tidy(edges[k])} mm` : `above ${tidy(edges[k - 1])} mm`;
+  };
+  const ramp = ["contact", "ramp-5", "ramp-4", "ramp-3", "ramp-2", "ramp-1", "ramp-0"];
+  return { edges, classes: ramp.map((colour, k) => ({ label: label(k), colour, meaning })) };
+}
 
 const COLOURINGS = {
   outcome(model) {
@@ -14,16 +26,15 @@ const COLOURINGS = {
   },
 
   clearance(model) {
-    const { margin } = model.certificate, edges = [margin, ...STEPS.map((step) => margin + step)];
-    const label = (k) => {
-      if (k === 0) return `below ${tidy(margin)} mm`;
-      return k < edges.length ? `${tidy(edges[k - 1])} to ${tidy(edges[k])} mm` : `above ${tidy(edges[k - 1])} mm`;
-    };
-    const ramp = ["contact", "ramp-5", "ramp-4", "ramp-3", "ramp-2", "ramp-1", "ramp-0"];
-    const meaning = "smallest clearance of the whole motion";
-    const classes = ramp.map((colour, k) => ({ label: label(k), colour, meaning }));
+    const { edges, classes } = clearanceClasses(model, "smallest clearance of the whole motion");
     const of = Uint8Array.from(model.proven, (gap) => edges.filter((edge) => gap >= edge).length);
     return { classes, of };
+  },
+
+  now(model) {
+    const { edges, classes } = clearanceClasses(model, "clearance at this moment");
+    const of = new Uint8Array(model.n), steps = new ClearanceSteps(model, edges);
+    return { classes, of, update: () => steps.update(of) };
   },
 
   progress(model) {

@@ -30,6 +30,10 @@ class Model {
       times: unpack(times, Float32Array), gaps: unpack(gaps, Float32Array),
       first: unpack(first, Int32Array), second: unpack(second, Int32Array),
     };
+    this.near = {
+      first: unpack(data.near.first, Int32Array), second: unpack(data.near.second, Int32Array),
+      bound: unpack(data.near.bound, Float64Array),
+    };
     this.index = new Map(this.ids.map((id, i) => [id, i]));
     this.lossOf = new Map(this.losses.map((loss) => [loss.positioner, loss]));
     this.end = this.times.reduce((latest, t) => Math.max(latest, t), 0); // in single precision, as the knots are

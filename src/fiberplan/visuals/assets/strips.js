@@ -122,8 +122,14 @@ function clearanceStrip(models) {
     strip.note("smallest clearance [mm], sampled; dashed red: margin", 11, "left");
     letters(models, strip);
     strip.note(strip.high.toFixed(2), 11);
-    strip.note(strip.low.toFixed(2), strip.height - 4);
+    margins.forEach((margin, m) => (m && margin === margins[0] ? null : noteMargin(strip, margin)));
   };
+}
+
+// Its value above its line, or below where there is no room.
+function noteMargin(strip, margin) {
+  const line = strip.down(margin), above = line - 3;
+  strip.note(tidy(margin), above > 22 ? above : line + 11, "right", "contact");
 }
 
 // Joint angles or speeds of the chosen: alpha full, beta dashed, a colour each.

@@ -74,6 +74,12 @@ def snapshots(
         _draw_at(ax, plan, time, positioner)
         titled(ax, f"t = {time:.1f} s", "x [mm]", "" if k else "y [mm]")
         ax.tick_params(labelleft=k == 0)
+    (left, right), (bottom, top) = (
+        np.transpose([ax.get_xlim() for ax in axes]),
+        np.transpose([ax.get_ylim() for ax in axes]),
+    )
+    for ax in axes:  # one scale, though arms reach farther out at one moment than at another
+        ax.set(xlim=(left.min(), right.max()), ylim=(bottom.min(), top.max()))
     keyed_below(axes, legend(plan), columns=6)
     return list(axes)
 

@@ -1,0 +1,113 @@
+"""From a solution to a better one: shorter, or such that who is late is not touched; the best so far is kept."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fiberplan.kernels.clearance import clearances
+from fiberplan.kernels.randoms import uniform
+from fiberplan.planners.direct.paths import Solution
+from fiberplan.planners.direct.repair import SOLVED, TOO_SHORT
+from fiberplan.planners.direct.search import PATIENCE, SMALLEST_CLUSTER, DirectSearch
+from fiberplan.planners.direct.shortcuts import arrivals, hurried
+from fiberplan.tolerances import SLACK
+
+_CUTS = 8  # tries to make a solution shorter,
+_LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this
+_SHORTCUTS = 60  # for each of those that hurry together
+_IN_VAIN = 200  # times that one who arrives last hurries, before that is given up
+_MOST_TOGETHER = 5  # who hurry
+_GROWTH = 0.03  # of the steps, the first time; as much more every time
+_PART = 0.8  # of the clearance at rest, that arms which are late keep
+_LATEST = 2.0  # times as many steps as without, for arms that may be late, at most
+
+
+def shorten(search: DirectSearch, proceed: Callable[[], bool]) -> None:
+    """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far."""
+    best, most, tries = search.solution, search.work + max(search.work, _LEAST_CUT_WORK), _CUTS
+    cut = best.steps - search.least_steps
+    try:
+        while cut >= 1 and tries and search.work < most and proceed():
+            tries -= 1
+            search.cut(best, best.steps - cut)
+            if _is_repaired(search, proceed):
+                best = search.solution
+                cut = best.steps - search.least_steps
+            else:
+                cut //= 2
+    finally:
+        search.go_back_to(best)
+    if search.lattice.delay == 0:  # shortcuts know nothing of who is late
+        _hurry(search, proceed)
+
+
+def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:
+    """Let those that arrive last arrive sooner, by shortcuts of theirs and of those that are in their way."""
+    path = search.lattice.path[:, : search.steps + 1].copy()
+    in_vain = np.zeros(len(path), np.int64)
+    blame: dict[int, np.ndarray] = {}  # who refused shortcuts of whom
+    while True:
+        arrival = arrivals(path)
+        last = int(arrival.max())
+        if last < search.steps:
+            shorter = path[:, : last + 1].copy()
+            search.go_back_to(Solution(last, search.lattice._replace(path=shorter)))
+        late = np.flatnonzero(arrival == last)
+        if last <= search.least_steps or in_vain[late].max() > _IN_VAIN or not proceed():
+            return
+        for i in late.tolist():
+            refused = blame.setdefault(i, np.zeros(len(path), np.int64))
+            together = np.array([i, *_in_the_way(search, i, refused, int(in_vain[i]) % _MOST_TOGETHER)])
+            tries = _SHORTCUTS * len(together)
+            state = search.search.state
+            hurried(search.plane, search.near, path, together, search.limit, search.duration, tries, state, refused)
+            in_vain[i] = 0 if arrivals(path[i : i + 1])[0] < last else in_vain[i] + 1
+            if in_vain[i] > _IN_VAIN:
+                break
+
+
+def _in_the_way(search: DirectSearch, i: int, refused: np.ndarray, most: int) -> list[int]:
+    """At most so many of those that can move and refused shortcuts of i, often or by chance."""
+    able = np.flatnonzero((refused > 0) & ~search.lattice.fixed)
+    weights = {int(j): refused[j] * uniform(search.search.state) for j in able if j != i}
+    return sorted(weights, key=lambda j: -weights[j])[:most]
+
+
+def react(search: DirectSearch, seconds: float, apart: float, proceed: Callable[[], bool]) -> bool:
+    """From a solution, look for one in which arms that are this late [s] still keep `apart` [mm].
+
+    Paths get longer where that gets stuck. False, with the solution as it was, if there is none in time.
+    """
+    before, steps = search.solution.copied(), search.steps
+    if seconds >= steps * search.duration:  # paths would have to be apart altogether
+        return False
+    path = search.lattice.path
+    ends = (clearances(search.plane.arms, path[:, k].copy(), search.pairs) for k in (0, search.steps))
+    room = np.clip(_PART * np.minimum(*ends), SLACK, apart)  # no more than they have before and after
+    search.lattice = search.lattice._replace(delay=int(np.ceil(seconds / search.duration)), apart=room)
+    search.update_contacts()
+    most, growth = min(search.most_steps, int(_LATEST * steps)), 1
+    while proceed():
+        if _is_repaired(search, proceed):
+            return True
+        if search.steps >= most:
+            break
+        search.lengthen(min(search.steps + max(1, int(steps * _GROWTH * growth)), most))
+        search.start_afresh()
+        growth += 1
+    search.go_back_to(before)
+    return False
+
+
+def _is_repaired(search: DirectSearch, proceed: Callable[[], bool]) -> bool:
+    """Whether repair finds a solution, with the steps that there are, before it gets stuck."""
+    fewest, stuck = search.touching, 0
+    search.cluster_size = SMALLEST_CLUSTER
+    while stuck < PATIENCE and proceed():
+        before = search.work
+        result = search.attempt()
+        if result in (SOLVED, TOO_SHORT):
+            return result == SOLVED
+        stuck = 0 if search.touching < fewest else stuck + search.work - before
+        fewest = min(fewest, search.touching)
+    return False

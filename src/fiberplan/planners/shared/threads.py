@@ -1,0 +1,28 @@
+"""Work on many positioners at once, by as many threads as there are cores: kernels hold no lock.
+
+Only for work in which no positioner has a part in another's, so that the result is the same for any number of threads.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+_LEAST = 500  # positioners that a thread is worth
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_parts_at_once(work: Callable[[np.ndarray], None], who: np.ndarray) -> None:
+    """Call `work` for parts of `who` (m,) at the same time, one for each core, or one for a few hundred positioners."""
+    parts = np.array_split(who, max(1, min(cores(), len(who) // _LEAST)))
+    if len(parts) == 1:
+        work(who)
+        return
+    with ThreadPoolExecutor(len(parts)) as pool:
+        for done in [pool.submit(work, part) for part in parts]:
+            done.result()
