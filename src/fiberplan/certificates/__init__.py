@@ -14,7 +14,7 @@
 - `whole_replay`: both, on all cores, of a file or of what changed in it
 - `guesses`: `needed_guesses`: whether a proof needs the place that somebody is taken to stand at
 - `path`: a trajectory as the proof's kernels take it
-- `touching`: contacts of many motions, and nothing else of them
+- `touching`: contacts of many motions, and nothing else of them; `keeping`: whether each pair keeps a margin, yes or no
 - `over_time`: `clearance_over_time`: how near each pair comes in each part of a motion
 - `any_speed`: pairs that are clear wherever within their turns the joints are
 - `unreachable`: `decided`: a path or a proof that there is none, for up to three positioners; `proven_unreachable` and
