@@ -4,7 +4,8 @@
 prints for how many what is read back is proven at the planned margin less 0.05 mm; how often the planner was asked, and
 how many pairs were led past each other anew; CPU seconds of planning and of an export (proof included), median and
 worst; and how much longer motors take than the plan without limits. ``simulate`` executes one plan many times, with
-clocks and joints that are off. Real arrays are read from ``--data``.
+clocks and joints that are off; ``homing`` tells how many sets of robots may home one after the other. Real arrays are
+read from ``--data``.
 """
 
 import argparse
@@ -25,7 +26,7 @@ from fiberplan.certificates.touching import Touching
 from fiberplan.errors import PlanError
 from fiberplan.hardware import CONTROLLERS
 from fiberplan.hardware.certified import ALLOWANCE
-from fiberplan.hardware.desi.encode import with_room_for_the_tail
+from fiberplan.hardware.desi.endings import with_room_for_the_tail
 from fiberplan.hardware.planned import fitted, plan_for
 from fiberplan.hardware.simulated import Faults, proof_within, simulated
 from fiberplan.instruments.desi import petal
@@ -166,15 +167,27 @@ def simulate(count: int) -> None:
     print(f"simulate: up to 1 s late, one stalls, aborted half way: {touched} of 200 runs touch")
 
 
+def homing(data: Path) -> None:
+    """Sets of robots that may home at the same time, from a seeded field, beside the fewest that any order needs."""
+    for name in ("sdss", "desi", "moons-1006"):
+        case = CASES[name](data)
+        state = np.where(case.plane.online[:, None], uniform_field(case.plane, 0, case.margin), case.plane.folded)
+        cpu, _, groups = timed(partial(fp.homing_groups, case.plane, state, case.margin))
+        able = int(case.plane.online.sum())
+        print(f"homing: {name}, {able} of {case.plane.n} online, {case.margin:g} mm: {groups}; {cpu:.1f} s", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=(*CASES, "simulate"))
+    parser.add_argument("what", choices=(*CASES, "simulate", "homing"))
     parser.add_argument("--fields", type=int, default=50, help="fields, or runs")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="of the first field")
     parser.add_argument("--data", type=Path, default=DATA)
     given = parser.parse_args()
     if given.what == "simulate":
         simulate(given.fields)
+    elif given.what == "homing":
+        homing(given.data)
     else:
         exports(given.what, range(given.first, given.first + given.fields), given.data)
 

@@ -9,8 +9,9 @@ import pytest
 import fiberplan as fp
 from fiberplan.errors import PlanError, ProblemError, TrajectoryError, UnprovenError
 from fiberplan.hardware import desi
-from fiberplan.hardware.desi.decode import Tables, axis_turn, read_tables
+from fiberplan.hardware.desi.decode import Tables, read_tables
 from fiberplan.hardware.desi.encode import Move, moves_of, rows_of, turned, turned_linear
+from fiberplan.hardware.desi.turns import axis_turn
 
 RETRACTED = 114.0 + 1.085708  # phi of the envelope Eo, as the golden positioners count it [deg]
 

@@ -33,10 +33,9 @@ class Controller(Protocol):
     """One controller; each of ours is a package whose `encode` and `decode` share no code.
 
     It may have more, which `fiberplan.hardware.planned` uses to plan for it: ``with_limits(plane)``, the focal plane
-    with the ranges and speeds that it takes; ``with_goals(problem, **options)``, with goals at which it can end,
-    given the options of ``write``; ``fit(plan)``, the
-    plan in the shape that it executes; ``ROOM``, what plans should keep beyond the margin [mm]. And ``prove``, called
-    as `verify`, where that does not fit what it does.
+    with the ranges and speeds that it takes; ``with_goals(problem, **options)``, the problem with goals at which it can
+    end, given the options of ``write``; ``fit(plan)``, the plan in the shape that it executes. And ``prove``, called as
+    `verify`, where that does not fit what it does.
     """
 
     def write(self, plan: Plan, path: str | os.PathLike) -> HandedOver | None:

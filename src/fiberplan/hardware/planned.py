@@ -59,7 +59,7 @@ def plan_for(controller: str, planner: Planner, problem: Problem, rounds: int = 
                 lacking[each.pair] = max(lacking.get(each.pair, 0.0), proof.margin - each.clearance)
         return Made(kept, lacking)
 
-    return replanned(planner, problem, made, rounds, getattr(writes, "ROOM", 0.0))
+    return replanned(planner, problem, made, rounds)
 
 
 def executed(controller: str, plan: Plan, **options: Any) -> Certificate:

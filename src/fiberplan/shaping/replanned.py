@@ -69,9 +69,7 @@ def plan_for_motors(planner: Planner, problem: Problem, rounds: int = ROUNDS, **
     return replanned(planner, problem, shaped, rounds)
 
 
-def replanned(
-    planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS, room: float = 0.0
-) -> Plan:
+def replanned(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS) -> Plan:
     """The planner's plan, mended and planned again until what motors make of it keeps the margin.
 
     Args:
@@ -79,14 +77,13 @@ def replanned(
         problem: whose goals to reach, and how far apart to stay.
         make: what motors make of a plan.
         rounds: times that the planner may be asked.
-        room: to plan with from the beginning for each pair, where start and goal leave it [mm].
 
     Returns:
         the best plan, as `make` made it; its last note says how often it was planned and mended.
     """
     most = _most_room(problem)
-    given = np.minimum(np.full(problem.n, 0.5 * room), most)
-    plan = planner.plan(_roomier(problem, given, 1.0) if room else problem)
+    given = np.zeros(problem.n)
+    plan = planner.plan(problem)
     made, asked, led, kept = make(plan), 1, 0, plan.kept
     best, left = made, _MENDS
     while made.lacking or plan.kept < kept:

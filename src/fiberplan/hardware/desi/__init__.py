@@ -6,7 +6,7 @@ instrument's team; not verified on hardware.
 - `encode`: from a plan to rows: cruise and creep, jogs of linear phi motors, the tail that takes out backlash
 - `scheduling`: other rows for those who would meet, chosen among `ways`
 - `endings`: goals at which tables can end
-- `decode`: from rows to the motion they cause, ramps included
+- `decode`: from rows to the motion they cause; `turns`: what a motor makes of its steps, ramps included
 - `calibration`: buses and linear motors, from a focal-plane file
 """
 

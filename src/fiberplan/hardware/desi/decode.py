@@ -1,15 +1,13 @@
 """From DESI's move tables to the motion they cause.
 
-A row turns both axes from the same moment; the next begins when the row's time and pause are over. An axis at cruise
-comes to its speed, and to rest, in 33 increments of 12 ticks, here three straight lines each. Rows count steps from
-wherever the axis is, so angles are only known from the state before.
+A row turns both axes from the same moment (`turns`); the next begins when the row's time and pause are over. Rows count
+steps from wherever the axis is, so angles are only known from the state before.
 """
 
 import ast
 import csv
 import io
 from collections.abc import Iterator, Mapping
-from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,27 +15,15 @@ import numpy as np
 
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.hardware.desi.turns import Turn, axis_turn
 from fiberplan.motion import Executed, Trajectory
 from fiberplan.problem import State
 from fiberplan.tables.wording import nearest
 
 COLUMNS = ("posid", "motor_steps_T", "motor_steps_P", "speed_mode_T", "speed_mode_P", "move_time", "postpause")
-_REDUCTION = (60 / 14) ** 4  # 46 and 14 teeth, four planetary stages
-_TICKS = 18_000.0  # a second
-_INCREMENTS, _LENGTH = 33, 12  # of a ramp, and ticks in one
-_CUTS = (0, 5, 10, 14, 19, 24, 28, 33)  # increments between which a ramp is taken as straight
 _SAME = 1e-9  # [s] moments that differ by rounding alone
-_LINEAR_RAMP = 2 * 505.0 / 180_000.0  # [s]
 _FROM_REST = ("rows begin when the times of the rows before them, as the table states them, are over",)
 _SHOWN = 12
-
-
-class Turn(NamedTuple):
-    """What one axis does in a row."""
-
-    times: np.ndarray  #: (k,) since the row's begin [s]
-    angles: np.ndarray  #: (k,) since the row's begin, of the shaft [deg]
-    error: float  #: how far off straight lines between them may be [deg]
 
 
 class Tables(NamedTuple):
@@ -67,48 +53,6 @@ class Tables(NamedTuple):
     def net(self) -> np.ndarray:
         """(rows, 2) what the shafts have turned at the end of each row [deg]."""
         return np.cumsum([[turn.angles[-1] for turn in self.turns(row)] for row in range(len(self.time))], axis=0)
-
-
-@lru_cache(4096)  # pieces of a plan become rows that are alike
-def axis_turn(steps: int, cruise: bool, linear: bool) -> Turn:
-    """The turn of one axis."""
-    way = -np.sign(steps) / _REDUCTION  # motors turn the other way than shafts
-    count = abs(steps)
-    if not count:
-        return Turn(np.zeros(1), np.zeros(1), 0.0)
-    if linear and cruise:
-        return _ramped(count * 10.0, count / 18_000.0, _linear_ramp(), way)
-    if cruise:
-        return _ramped(count * 3.3, count / _TICKS, _ramp(), way)
-    return Turn(np.array([0.0, 2 * count / _TICKS]), np.array([0.0, way * count / 10]), 0.0)
-
-
-@cache
-def _ramp() -> tuple[np.ndarray, np.ndarray, float]:
-    """Times [s] and angles [deg of the motor] of a ramp at its cuts, and how far off lines between them are."""
-    n = np.array(_CUTS)
-    pace = 3.3 * _TICKS / (_INCREMENTS * _LENGTH / _TICKS)  # [deg of the motor / s^2]
-    times = n * _LENGTH / _TICKS
-    return times, _LENGTH * 0.1 * n * (n + 1) / 2, pace * np.diff(times).max() ** 2 / 8
-
-
-@cache
-def _linear_ramp() -> tuple[np.ndarray, np.ndarray, float]:
-    """The same of a linear motor, which gains speed evenly."""
-    times = np.linspace(0.0, _LINEAR_RAMP, len(_CUTS))
-    pace = 2 * 505.0 / _LINEAR_RAMP**2
-    return times, pace * times**2 / 2, pace * times[1] ** 2 / 8
-
-
-def _ramped(cruise: float, seconds: float, ramp: tuple[np.ndarray, np.ndarray, float], way: float) -> Turn:
-    """Up, along at full speed, down: angles of the motor [deg]."""
-    times, angles, error = ramp
-    later, farther = times[-1] + seconds, angles[-1] + cruise
-    down_times, down = later + times[-1] - times[::-1], farther + angles[-1] - angles[::-1]
-    keep = 1 if not cruise else 0
-    return Turn(
-        np.concatenate([times, down_times[keep:]]), way * np.concatenate([angles, down[keep:]]), abs(way) * error
-    )
 
 
 def read_tables(path: Path, content: bytes) -> list[Tables]:
@@ -213,13 +157,6 @@ def turned(table: Tables) -> tuple[np.ndarray, np.ndarray, list[float]]:
     times = _either(axes[0].times, axes[1].times)
     angles = np.stack([np.interp(times, axis.times, axis.angles) for axis in axes], axis=1)
     return times, angles, [axis.error for axis in axes]
-
-
-def largest_errors(linear: np.ndarray) -> np.ndarray:
-    """(n, 2) how far joints may be off whatever their rows, of positioners of which some are `linear` (n,) [rad]."""
-    rotary = axis_turn(1, True, False).error
-    phi = np.where(linear, axis_turn(1, True, True).error, rotary)
-    return np.radians(np.stack([np.full(len(linear), rotary), phi], axis=1))
 
 
 def _assumed(plane: FocalPlane, state: State, moved: np.ndarray) -> Iterator[str]:

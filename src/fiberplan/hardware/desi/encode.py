@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.errors import PlanError
-from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Plan
 
 GEAR = (46 / 14 + 1) ** 4  #: turns of the motor a turn of the shaft
@@ -242,14 +241,3 @@ def as_csv(made: list[Table]) -> bytes:
         cells = [table.busid, table.canid, *steps, times, len(rows), table.posid, pauses, True, *modes, total, False]
         lines.writerow([*cells, *(["P" if table.linear else ""] if zeno else [])])
     return text.getvalue().encode()
-
-
-def with_room_for_the_tail(plane: FocalPlane) -> FocalPlane:
-    """The same with ranges that end where the tail still has its 3 deg, and whole steps their rounding: for goals."""
-    lower, upper = plane.lower + np.radians(EDGE), plane.upper - np.radians(EDGE)
-    for axis, forth in enumerate(FORTH):
-        edge = upper if forth < 0 else lower
-        edge[:, axis] += forth * np.radians(BACKLASH)
-    free = plane.online[:, None] & (lower < upper)
-    lower, upper = np.where(free, lower, plane.lower), np.where(free, upper, plane.upper)
-    return plane.replace(lower=lower, upper=upper, folded=np.clip(plane.folded, lower, upper))

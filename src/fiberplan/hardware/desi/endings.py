@@ -12,11 +12,12 @@ import numpy as np
 
 from fiberplan.arrays import read_only
 from fiberplan.errors import ProblemError
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.drift import motion_bounds
 from fiberplan.hardware.certified import ALLOWANCE
 from fiberplan.hardware.desi.calibration import motors_of
-from fiberplan.hardware.desi.decode import largest_errors
-from fiberplan.hardware.desi.encode import BACKLASH, FORTH, with_room_for_the_tail
+from fiberplan.hardware.desi.encode import BACKLASH, EDGE, FORTH
+from fiberplan.hardware.desi.turns import largest_errors
 from fiberplan.kernels.arms import ARM
 from fiberplan.kernels.clearance import clearances
 from fiberplan.problem import Dropped, Problem
@@ -111,3 +112,14 @@ def _blocked(problem: Problem, ends: np.ndarray, tailed: np.ndarray) -> list[tup
             free &= clearances(arms, read_only(angles), each) >= needed
         blocked &= ~free
     return [(int(i), int(j)) for i, j in pairs[blocked]]
+
+
+def with_room_for_the_tail(plane: FocalPlane) -> FocalPlane:
+    """The same with ranges that end where the tail still has its 3 deg, and whole steps their rounding: for goals."""
+    lower, upper = plane.lower + np.radians(EDGE), plane.upper - np.radians(EDGE)
+    for axis, forth in enumerate(FORTH):
+        edge = upper if forth < 0 else lower
+        edge[:, axis] += forth * np.radians(BACKLASH)
+    free = plane.online[:, None] & (lower < upper)
+    lower, upper = np.where(free, lower, plane.lower), np.where(free, upper, plane.upper)
+    return plane.replace(lower=lower, upper=upper, folded=np.clip(plane.folded, lower, upper))

@@ -16,8 +16,9 @@ from fiberplan.arrays import read_only
 from fiberplan.certificates.keeping import keeps
 from fiberplan.certificates.path import as_motion
 from fiberplan.focal_plane.drift import motion_bounds
-from fiberplan.hardware.desi.decode import Tables, largest_errors, turned
+from fiberplan.hardware.desi.decode import Tables, turned
 from fiberplan.hardware.desi.encode import Row, Table, planned_moves, rows_of
+from fiberplan.hardware.desi.turns import largest_errors
 from fiberplan.hardware.desi.ways import Way, seconds, ways
 from fiberplan.kernels.arms import ARM, Arms
 from fiberplan.kernels.clearance import clearances
