@@ -480,7 +480,8 @@ def test_links_lead_to_a_moment_and_follow(open_page):
     assert page.locator("#colour").input_value() == "progress"
     set_time(page, 8)
     page.wait_for_function("() => location.hash.startsWith('#t=8&')")
-    page.evaluate("() => { location.hash = '#t=2&id=R+1C2'; }")  # as people write it, unquoted
+    # as people write it, unquoted; and just then the page writes what it showed
+    page.evaluate("() => { location.hash = '#t=2&id=R+1C2'; history.replaceState(null, '', '#t=8'); }")
     page.locator("#selected .name", has_text="R+1C2").wait_for()
     page.evaluate("id => { location.hash = `t=8&id=${encodeURIComponent(id)}`; }", ids[STUCK])
     page.locator("#selected .name", has_text=ids[STUCK]).wait_for()

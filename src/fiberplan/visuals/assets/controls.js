@@ -6,7 +6,8 @@ function listen() {
   for (const id of ["reset", "show-everything"]) byId(id).addEventListener("click", () => view.reset());
   byId("save").addEventListener("click", () => savePicture(panes, timeline.time));
   byId("colour").addEventListener("change", (event) => actions.colour(event.target.value));
-  window.addEventListener("hashchange", () => follow(readLink()));
+  // what the address was changed to: the page may have written its own since
+  window.addEventListener("hashchange", ({ newURL }) => follow(readLink(new URL(newURL).hash)));
 
   const search = byId("search");
   search.addEventListener("input", () => fillHits(here(), search.value, actions));

@@ -1,8 +1,8 @@
 // A moment to pass on: as a link (#t=3.2&id=R0C1&colour=clearance&plan=B) or as a picture.
 
-// What the address asks for; what it does not say is left out.
-function readLink() {
-  const said = new URLSearchParams(location.hash.slice(1)), found = {};
+// What an address asks for; what it does not say is left out.
+function readLink(hash = location.hash) {
+  const said = new URLSearchParams(hash.slice(1)), found = {};
   if (said.has("t") && Number.isFinite(Number(said.get("t")))) found.t = Number(said.get("t"));
   if (said.has("id")) found.ids = said.getAll("id");
   if (said.get("colour") in COLOURINGS) found.colour = said.get("colour");
