@@ -6,7 +6,7 @@ CHROMIUM := chromium chromium-browser google-chrome
 
 DOCS := docs/_build/html
 
-.PHONY: demo docs docs-check test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey bench-survey-runs bench-proofs picture browser format clean
+.PHONY: demo docs docs-check test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey bench-survey-runs bench-survey-workers bench-proofs picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -47,8 +47,11 @@ bench-pairs: $(VENV)/.installed ## every planner and verify against another comm
 bench-survey: $(VENV)/.installed ## allocation: conflict tables, solvers, motion in the loop, ties; OPTIONS="--only ties" for a part
 	nice $(BIN)/python benchmarks/survey.py $(OPTIONS)
 
-bench-survey-runs: $(VENV)/.installed ## surveys: overhead, two processes against one, kills, many fields; OPTIONS="--only kills" for a part
+bench-survey-runs: $(VENV)/.installed ## surveys: overhead, kills, many fields; OPTIONS="--only kills" for a part
 	nice $(BIN)/python benchmarks/survey_runs.py $(OPTIONS)
+
+bench-survey-workers: $(VENV)/.installed ## surveys: two processes against one; OPTIONS="--full" for 547 robots
+	nice $(BIN)/python benchmarks/survey_workers.py $(OPTIONS)
 
 bench-proofs: $(VENV)/.test ## certificates and their replay, false certificates, planted contacts; OPTIONS="--planted 0" for a part
 	nice $(BIN)/python benchmarks/proofs.py $(OPTIONS)
