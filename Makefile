@@ -6,7 +6,8 @@ CHROMIUM := chromium chromium-browser google-chrome
 
 DOCS := docs/_build/html
 
-.PHONY: demo docs docs-check test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page bench-survey bench-survey-runs bench-survey-workers bench-proofs picture browser format clean
+.PHONY: demo docs docs-check test check bounds coverage mutants fuzz bench bench-planners bench-pairs bench-premises bench-page \
+    bench-survey bench-survey-runs bench-survey-workers bench-proofs bench-stuck bench-queries picture browser format clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed ## plan, prove and show a field; writes demo/plan.fits and demo/plan.html
@@ -55,6 +56,12 @@ bench-survey-workers: $(VENV)/.installed ## surveys: two processes against one; 
 
 bench-proofs: $(VENV)/.test ## certificates and their replay, false certificates, planted contacts; OPTIONS="--planted 0" for a part
 	nice $(BIN)/python benchmarks/proofs.py $(OPTIONS)
+
+bench-stuck: $(VENV)/.installed ## stuck robots, pairs and triples: a path, or a proof that there is none; OPTIONS="--robots 2"
+	nice $(BIN)/python benchmarks/stuck.py $(OPTIONS)
+
+bench-queries: $(VENV)/.test ## do two moving arms touch? exact answers, and who gives others; OPTIONS="--out queries.jsonl" keeps them
+	nice $(BIN)/python benchmarks/queries.py $(OPTIONS)
 
 bench-premises: $(VENV)/.installed ## starts, machines and targets as they are; OPTIONS="--only touching --trials 20" for a part
 	nice $(BIN)/python benchmarks/premises.py $(OPTIONS)

@@ -43,6 +43,7 @@ class Run:
     knots: float = 0.0  #: per positioner
     reversals: float = 0.0  #: per joint: how often it turns back
     clearance: float | None = None  #: smallest proven of pairs that can move [mm]; None where nothing is near
+    reaction: float | None = None  #: how soon somebody is touched by one that stops dead [s]; None: never, or not safe
     faults: tuple[str, ...] = ()  #: why the plan is not certified
     lost: dict[str, str] = field(default_factory=dict)  #: positioner -> outcome and those in its way
     notes: tuple[str, ...] = ()
@@ -93,6 +94,7 @@ def run(seed: int, problem: fp.Problem, planner: Planner) -> Run:
         knots=len(plan.trajectory.times) / plan.problem.n,
         reversals=reversals(plan.trajectory),
         clearance=smallest_clearance(plan),
+        reaction=reaction(plan),
         faults=tuple(faults),
         lost=_losses(plan),
         notes=plan.notes,
@@ -134,6 +136,14 @@ def smallest_clearance(plan: fp.Plan) -> float | None:
     return float(both.min()) if len(both) else None
 
 
+def reaction(plan: fp.Plan) -> float | None:
+    """Proven time from one that stops dead to the first contact [s]; None: none, or the plan is unsafe."""
+    if not plan.certificate.ok:
+        return None
+    seconds = plan.certificate.tolerates.reaction.seconds
+    return seconds if np.isfinite(seconds) else None
+
+
 def _losses(plan: fp.Plan) -> dict[str, str]:
     """Positioner that does not arrive -> what became of it, and who is in its way."""
     plane = plan.problem.plane
@@ -154,6 +164,7 @@ def summary(runs: list[Run]) -> dict[str, float | int | str | None]:
     ratios = [r.ratio for r in plans if r.ratio is not None]
     needs = [r.over_need for r in plans if r.over_need is not None]
     clearances = [r.clearance for r in plans if r.clearance is not None]
+    reactions = [r.reaction for r in plans if r.reaction is not None]
     cpu = [r.cpu for r in plans]
 
     def total(name: str) -> int:
@@ -176,6 +187,7 @@ def summary(runs: list[Run]) -> dict[str, float | int | str | None]:
         "knots": statistics.median(r.knots for r in plans) if plans else None,
         "reversals": statistics.median(r.reversals for r in plans) if plans else None,
         "clearance": min(clearances, default=None),
+        "reaction [s]": min(reactions, default=None),
         "memory [MiB]": peak_memory(),
         "certified": _verdict(runs),
     }

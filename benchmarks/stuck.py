@@ -104,7 +104,7 @@ def main() -> None:
             undecided += [seed] if late or how == "undecided" else []
             if len(spent) == options.scenes:
                 break
-            if len(spent) % 100 == 0:
+            if len(spent) % 100 == 0 or count == 3:
                 print(f"  {count} robots, {len(spent)} stuck of {seed + 1} fields: {dict(told)}", flush=True)
         good = 100.0 * (1.0 - len(undecided) / len(spent))
         print(f"{count} robots, margin {options.margin:g} mm: {len(spent)} stuck of {seed + 1}, {good:.2f} % decided")

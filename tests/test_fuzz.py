@@ -5,7 +5,16 @@ import pytest
 
 from fuzz.campaigns import CAMPAIGNS
 
-SLICE = {"proofs": 6, "planted": 3, "spared": 2, "mutations": 2, "outlines": 150, "plans": 25, "files": 12}
+SLICE = {
+    "proofs": 6,
+    "planted": 3,
+    "spared": 1,
+    "barriers": 8,
+    "mutations": 2,
+    "outlines": 150,
+    "plans": 25,
+    "files": 12,
+}
 SLICE |= {"amendments": 6, "interrupts": 6, "audits": 1}
 
 

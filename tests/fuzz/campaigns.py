@@ -14,6 +14,7 @@ from fiberplan.plan import Outcome, Plan
 from fiberplan.planners import PLANNERS, amend
 from fiberplan.scenes.uniform import uniform_field
 from fuzz.audits import audits
+from fuzz.barriers import barriers
 from fuzz.mutations import mutations
 from fuzz.planted import planted, spared
 from problems import hexagon
@@ -226,5 +227,6 @@ def interrupts(rng: np.random.Generator, folder: Path) -> None:
 
 
 CAMPAIGNS = {
-    f.__name__: f for f in (proofs, planted, spared, mutations, outlines, plans, files, amendments, interrupts, audits)
+    f.__name__: f
+    for f in (proofs, planted, spared, mutations, barriers, outlines, plans, files, amendments, interrupts, audits)
 }
