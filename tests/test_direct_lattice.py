@@ -14,8 +14,10 @@ from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
 from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions
 from fiberplan.planners.direct.contacts import contacts_of_all, steps_in_contact
+from fiberplan.planners.direct.joint_nodes import joint_words
 from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length
-from fiberplan.planners.direct.pairs import find_clear_nodes, joint_words, move_jointly, steps_alone, steps_past_fixed
+from fiberplan.planners.direct.pairs import find_clear_nodes, move_jointly, steps_alone
+from fiberplan.planners.direct.past_fixed import steps_past_fixed
 from fiberplan.planners.direct.repair import make_scratch
 from fiberplan.planners.direct.single import replan
 from fiberplan.planners.direct.trim import as_trajectory

@@ -9,9 +9,9 @@ configurations reach a target, `goals.goals_in_time` has chosen one: the quickes
 Algorithm                                                             here
 ---------------------------------------------------------------------------------------------------------------------
  1  K tau = the largest joint travel over its speed; a lattice for    `paths.Paths`, `lattice.make_lattice`,
-      each positioner through its goal, its start one more node         `lattice.step_length`
+      each positioner through its goal, its start one more node         `lattice.step_length`, `extents`
  2  K = what any positioner needs past arms that never move, on a     `narrow.steps_past_fixed`,
-      finer lattice or on a way of its own where the first is too       `pairs.steps_past_fixed`,
+      finer lattice or on a way of its own where the first is too       `past_fixed.steps_past_fixed`,
       coarse; if that is more than allowed, another configuration       `passages.way_past_fixed`,
       that counts as its goal is tried, then the goal is given up,      `narrow.goes_elsewhere`,
       and those that leave it no place where it is shut in              `narrow.crowding_out`
@@ -21,7 +21,7 @@ Algorithm                                                             here
  6    p = a random pair of C; i, j = its arms, in random order
  7    if p has been tried more than 8 times: paths of i and j         `repair._join`, `pairs.move_jointly`: all joint
         jointly, clear of each other and of the others; then of         nodes (a, b, a', b') that can be reached after
-        fewer and fewer of those that could make room                   each step
+        fewer and fewer of those that could make room                   each step (`joint_nodes`)
  8      if there are none: K = what i and j need with nobody else     `pairs.steps_alone` (the pair bound, an estimate),
           there; if that is more than allowed, one goal is given up     `search.DirectSearch._lengthen_for`
  9    else path of i = the one of least sum over k of                 `single.replan`: dynamic programming over

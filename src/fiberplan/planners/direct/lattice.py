@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.arms import Arms
 from fiberplan.kernels.compile import inlined, kernel
+from fiberplan.planners.direct.extents import extents
 from fiberplan.tolerances import UNDER_LIMIT
 
 MOST_BETAS = 64  #: nodes of the second joint: a set of them is one machine word
@@ -164,43 +164,6 @@ def _nodes(
     return _Nodes(nodes[0], nodes[1], size, first, last)
 
 
-@kernel
-def _find_extents(arms, circle, first_link):
-    """Fill what `_extents` returns."""
-    for i in range(len(circle)):
-        for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
-            piece = arms.piece[p]
-            if piece.link == 1:
-                for v in range(piece.first, piece.last):
-                    far = np.hypot(arms.vertices[v, 0], arms.vertices[v, 1]) + piece.radius
-                    first_link[i] = max(first_link[i], far)
-        for link in (0, 2):
-            low_x = low_y = np.inf
-            high_x = high_y = -np.inf
-            for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
-                if arms.piece[p].link == link:
-                    for v in range(arms.piece[p].first, arms.piece[p].last):
-                        low_x, high_x = min(low_x, arms.vertices[v, 0]), max(high_x, arms.vertices[v, 0])
-                        low_y, high_y = min(low_y, arms.vertices[v, 1]), max(high_y, arms.vertices[v, 1])
-            if low_x > high_x:
-                continue
-            x, y, radius = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y), 0.0
-            for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
-                if arms.piece[p].link == link:
-                    for v in range(arms.piece[p].first, arms.piece[p].last):
-                        far = np.hypot(arms.vertices[v, 0] - x, arms.vertices[v, 1] - y) + arms.piece[p].radius
-                        radius = max(radius, far)
-            circle[i, 0], circle[i, 1], circle[i, 2] = x, y, radius
-
-
-def _extents(arms: Arms) -> tuple[np.ndarray, np.ndarray]:
-    """Circles (arms, 3) about the bodies of each last link or obstacle, and reach (arms,) of those on first links."""
-    count = len(arms.arm)
-    circle, first_link = np.tile([0.0, 0.0, -np.inf], (count, 1)), np.full(count, -1.0)
-    _find_extents(arms, circle, first_link)
-    return circle, first_link
-
-
 def make_lattice(
     plane: FocalPlane,
     start: np.ndarray,
@@ -230,7 +193,7 @@ def make_lattice(
     fixed[:n] = ~movable
     alpha, beta, size, first, last = nodes
     way, ways = np.zeros(n, np.int64), np.zeros((1, alpha.shape[1]))
-    return Lattice(alpha, beta, way, ways, size, pace, first, last, path, *_extents(arms), fixed)
+    return Lattice(alpha, beta, way, ways, size, pace, first, last, path, *extents(arms), fixed)
 
 
 def refined(

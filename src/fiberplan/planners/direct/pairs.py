@@ -1,173 +1,31 @@
 """Two positioners that block each other, moved jointly: every pair of paths that their lattices have.
 
-The set of joint nodes that can be reached after each step is kept as machine words, one bit for every beta of the
-second positioner, so that a step of all of them at once is a few shifts and masks. What is not reached within the
-steps cannot be done in that time *on these lattices*; that is an estimate for the positioners, not a proof.
-
-Words are kept only of the alpha nodes that both can be at after a step: `Block` says where they lie in a flat array.
-So memory follows what is searched, and `joint_words` tells beforehand how much that is.
+The set of joint nodes that can be reached after each step (`fiberplan.planners.direct.joint_nodes`) is kept for a whole
+move. What is not reached within the steps cannot be done in that time *on these lattices*; that is an estimate for the
+positioners, not a proof.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.kernels.arms import frame
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.kernels.randoms import uniform
-from fiberplan.planners.direct.blocked_nodes import (
-    beta_motion,
-    bit,
-    blocked_betas,
-    holds,
-    link_directions,
-    mark_blocked,
-    node_frame,
+from fiberplan.planners.direct.blocked_nodes import beta_motion, bit, holds, link_directions, mark_blocked
+from fiberplan.planners.direct.joint_nodes import (
+    Block,
+    advance,
+    block_after,
+    block_of_all,
+    mark_clear,
+    row_of,
+    start_in,
 )
-from fiberplan.planners.direct.lattice import beta_at, between, put, window
+from fiberplan.planners.direct.lattice import beta_at, put, window
+from fiberplan.planners.direct.past_fixed import mark_blocked_by_stationary
 
 UNKNOWN = -2  #: steps that a pair needs where finding out would take too long
 _MOST_LOOKS = 2**29  # words times steps that finding out may take: a few seconds
 _NONE = np.uint64(0)
-_ONE = np.uint64(1)
 _UNBOUNDED = 1 << 20  # steps, where there is no deadline
-
-
-class Block(NamedTuple):
-    """Where the words of joint nodes lie: alphas and betas of one positioner, then alphas of the other."""
-
-    begin: int  #: of the block in its array
-    low: int  #: first alpha node of the one
-    low_other: int  #: and of the other
-    betas: int  #: of the one
-    width: int  #: how many alphas of the other
-
-
-@inlined
-def _row(block, a, b):
-    """Where the words of node (a, b) would begin, if they began with alpha node 0 of the other."""
-    return block.begin + ((a - block.low) * block.betas + b) * block.width - block.low_other
-
-
-@inlined
-def _block_after(lattice, i, j, k, steps, begin):
-    """The block of the nodes that both can be at after step k, and where it ends."""
-    low_i, high_i = window(lattice, i, k, steps)
-    low_j, high_j = window(lattice, j, k, steps)
-    width = max(high_j - low_j + 1, 0)
-    betas = lattice.size[i, 1]
-    return Block(begin, low_i, low_j, betas, width), begin + max(high_i - low_i + 1, 0) * betas * width
-
-
-@inlined
-def _block_of_all(lattice, i, j, steps):
-    """The block of all nodes that both can pass in so many steps."""
-    low_i, _ = between(lattice, i, 0, steps)
-    low_j, high_j = between(lattice, j, 0, steps)
-    return Block(0, low_i, low_j, lattice.size[i, 1], high_j - low_j + 1)
-
-
-@leaf
-def joint_words(lattice, i, j, steps, begins):
-    """Words that `move_jointly` keeps of what is reached; fills `begins` (steps + 2,), where those of a step begin."""
-    begins[0] = 0
-    for k in range(steps + 1):
-        _, begins[k + 1] = _block_after(lattice, i, j, k, steps, begins[k])
-    return begins[steps + 1]
-
-
-@leaf
-def _mark_clear(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear, again):
-    """Fill `clear`: for every node (a, b) of i and alpha node c of j, the betas of j at which both keep `limit` [mm].
-
-    Betas that i cannot have in so many steps are clear of nothing. `again`: it has been filled with a smaller limit,
-    and what was not clear then is not clear now.
-    """
-    motion = beta_motion(arms, lattice, j)
-    count = lattice.size[j, 1]
-    every = ~_NONE if count == 64 else bit(count) - _ONE
-    low_a, high_a = between(lattice, i, 0, steps)
-    low_b, high_b = between(lattice, i, 1, steps)
-    low_c, high_c = between(lattice, j, 0, steps)
-    block = _block_of_all(lattice, i, j, steps)
-    for a in range(low_a, high_a + 1):
-        for b in range(lattice.size[i, 1]):
-            row = _row(block, a, b)
-            if b < low_b or b > high_b:
-                for c in range(low_c, high_c + 1):
-                    clear[row + c] = _NONE
-                continue
-            frame_i = node_frame(arms, i, trig_i, a, b)
-            for c in range(low_c, high_c + 1):
-                known = every & ~clear[row + c] if again else _NONE
-                clear[row + c] = every & ~blocked_betas(arms, lattice, j, c, trig_j, motion, i, frame_i, limit, known)
-    # the problem has checked that both starts and both goals are clear, which a larger limit must not deny
-    row = _row(block, lattice.first[i, 0], lattice.first[i, 1])
-    clear[row + lattice.first[j, 0]] |= bit(lattice.first[j, 1])
-    if lattice.last[i, 0] >= 0 and lattice.last[j, 0] >= 0:
-        row = _row(block, lattice.last[i, 0], lattice.last[i, 1])
-        clear[row + lattice.last[j, 0]] |= bit(lattice.last[j, 1])
-
-
-@inlined
-def _add_shifted(source, shift, target):
-    """Add the words of `source` to those of `target` that lie `shift` words before them: rows, word by word."""
-    words, added = target[max(0, -shift) :], source[max(0, shift) :]
-    for c in range(min(len(words), len(added))):
-        words[c] |= added[c]
-
-
-@leaf
-def _advance(lattice, i, j, k, steps, reach, here, there, turned, clear, clear_block, blocked_i, blocked_j):
-    """Fill block `there` of `reach` with where both can be after step k + 1; returns whether anywhere.
-
-    Block `here` says where they can be after step k; `blocked_i` and `blocked_j` (A,) are the nodes of either that are
-    blocked after step k + 1. Whole rows are joined at a time, which the compiler does several words at once.
-    """
-    low_i, high_i = window(lattice, i, k, steps)
-    low_j, high_j = window(lattice, j, k, steps)
-    next_low_i, next_high_i = window(lattice, i, k + 1, steps)
-    next_low_j, next_high_j = window(lattice, j, k + 1, steps)
-    betas = lattice.size[i, 1]
-    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
-    pace_c, pace_d = lattice.pace[j, 0], lattice.pace[j, 1]
-    width, turned_width = max(high_j - low_j + 1, 0), max(next_high_j - next_low_j + 1, 0)
-    turned_block = Block(0, low_i, next_low_j, betas, turned_width)
-    for a in range(low_i, high_i + 1):
-        for b in range(betas):
-            at, to = _row(here, a, b) + low_j, _row(turned_block, a, b) + next_low_j
-            before, now = reach[at : at + width], turned[0, to : to + turned_width]
-            now[:] = _NONE
-            for shift in range(next_low_j - low_j - pace_c, next_low_j - low_j + pace_c + 1):
-                _add_shifted(before, shift, now)
-            for _ in range(pace_d):
-                for c in range(len(now)):
-                    now[c] |= (now[c] << _ONE) | (now[c] >> _ONE)
-        for b in range(betas):
-            to = _row(turned_block, a, b) + next_low_j
-            now = turned[1, to : to + turned_width]
-            now[:] = _NONE
-            for y in range(max(b - pace_b, 0), min(b + pace_b, betas - 1) + 1):
-                at = _row(turned_block, a, y) + next_low_j
-                _add_shifted(turned[0, at : at + turned_width], 0, now)
-    anywhere = _NONE
-    shut = blocked_j[next_low_j : next_low_j + turned_width]
-    for a in range(next_low_i, next_high_i + 1):
-        for b in range(betas):
-            to = _row(there, a, b) + next_low_j
-            now = reach[to : to + turned_width]
-            now[:] = _NONE
-            if holds(blocked_i[a], b):
-                continue
-            for x in range(max(a - pace_a, low_i), min(a + pace_a, high_i) + 1):
-                at = _row(turned_block, x, b) + next_low_j
-                _add_shifted(turned[1, at : at + turned_width], 0, now)
-            at = _row(clear_block, a, b) + next_low_j
-            free = clear[at : at + turned_width]
-            for c in range(len(now)):
-                now[c] &= free[c] & ~shut[c]
-                anywhere |= now[c]
-    return anywhere != _NONE
 
 
 @leaf
@@ -187,7 +45,7 @@ def _joint_end(lattice, i, j, reach, block, steps, end):
     low_j, high_j = window(lattice, j, steps, steps)
     for a in range(low_i, high_i + 1):
         for b in range(lattice.size[i, 1]):
-            row = _row(block, a, b)
+            row = row_of(block, a, b)
             for c in range(low_j, high_j + 1):
                 bits = _ends_at(lattice, i, j, reach[row + c], a, b, c)
                 if bits != _NONE:
@@ -220,14 +78,14 @@ def _trace_back(arms, lattice, i, j, steps, reach, begins, end, variety, state):
     for k in range(steps - 1, -1, -1):
         low_i, high_i = window(lattice, i, k, steps)
         low_j, high_j = window(lattice, j, k, steps)
-        block, _ = _block_after(lattice, i, j, k, steps, begins[k])
+        block, _ = block_after(lattice, i, j, k, steps, begins[k])
         best = -np.inf
         to_a, to_b, to_c, to_d = a, b, c, d
         for x in range(max(a - pace_a, low_i), min(a + pace_a, high_i) + 1):
             for z in range(max(c - pace_c, low_j), min(c + pace_c, high_j) + 1):
                 for y in range(max(b - pace_b, 0), min(b + pace_b + 1, lattice.size[i, 1])):
                     for w in range(max(d - pace_d, 0), min(d + pace_d + 1, lattice.size[j, 1])):
-                        if holds(reach[_row(block, x, y) + z], w):
+                        if holds(reach[row_of(block, x, y) + z], w):
                             value = eager_i * _foldedness(arms, lattice, i, x, y)
                             value += (
                                 eager_j * _foldedness(arms, lattice, j, z, w)
@@ -281,7 +139,7 @@ def find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again):
     """
     link_directions(arms, lattice, i, scratch.trig)
     link_directions(arms, lattice, j, scratch.trig_other)
-    _mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, clear, again)
+    mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, clear, again)
 
 
 @leaf
@@ -314,12 +172,12 @@ def move_jointly(arms, near, lattice, i, j, clear, clear_steps, limits, respect,
     row, blocked, blocked_other = scratch.row, scratch.blocked, scratch.blocked_other
     _mark_blocked_by_others(arms, near, lattice, i, j, trig_i, limits, respect, steps, row, blocked, state)
     _mark_blocked_by_others(arms, near, lattice, j, i, trig_j, limits, respect, steps, row, blocked_other, state)
-    clear_block = _block_of_all(lattice, i, j, clear_steps)
-    here, end = _block_after(lattice, i, j, 0, steps, 0)
-    _start_in(lattice, i, j, reach, here, end)
+    clear_block = block_of_all(lattice, i, j, clear_steps)
+    here, end = block_after(lattice, i, j, 0, steps, 0)
+    start_in(lattice, i, j, reach, here, end)
     for k in range(steps):
-        there, _ = _block_after(lattice, i, j, k + 1, steps, begins[k + 1])
-        if not _advance(
+        there, _ = block_after(lattice, i, j, k + 1, steps, begins[k + 1])
+        if not advance(
             lattice, i, j, k, steps, reach, here, there, scratch.turned, clear, clear_block, blocked[k + 1],
             blocked_other[k + 1],
         ):  # fmt: skip
@@ -329,42 +187,6 @@ def move_jointly(arms, near, lattice, i, j, clear, clear_steps, limits, respect,
         return False
     _trace_back(arms, lattice, i, j, steps, reach, begins, scratch.end, variety, state)
     return True
-
-
-@leaf
-def _start_in(lattice, i, j, reach, block, end):
-    """Both at their starts and nowhere else, in the words of `block`, which ends at `end`."""
-    for word in range(block.begin, end):
-        reach[word] = _NONE
-    reach[_row(block, lattice.first[i, 0], lattice.first[i, 1]) + lattice.first[j, 0]] = bit(lattice.first[j, 1])
-
-
-@leaf
-def is_stationary(lattice, j):
-    """True if arm j is fixed and its path never leaves its start."""
-    if not lattice.fixed[j]:
-        return False
-    for k in range(1, lattice.path.shape[1]):
-        if lattice.path[j, k, 0] != lattice.path[j, 0, 0] or lattice.path[j, k, 1] != lattice.path[j, 0, 1]:
-            return False
-    return True
-
-
-@leaf
-def _mark_blocked_by_stationary(arms, near, lattice, i, trig, limit, row):
-    """Fill `row` (A,) with the nodes of positioner i that arms which never move block; its start and goal are not."""
-    motion = beta_motion(arms, lattice, i)
-    for a in range(lattice.size[i, 0]):
-        row[a] = _NONE
-    for q in range(near.offsets[i], near.offsets[i + 1]):
-        j = near.near[q].arm
-        if is_stationary(lattice, j):
-            frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
-            for a in range(lattice.size[i, 0]):
-                row[a] |= blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
-    row[lattice.first[i, 0]] &= ~bit(lattice.first[i, 1])
-    if lattice.last[i, 0] >= 0:
-        row[lattice.last[i, 0]] &= ~bit(lattice.last[i, 1])
 
 
 @leaf
@@ -382,17 +204,17 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
         return UNKNOWN
     link_directions(arms, lattice, i, trig_i)
     link_directions(arms, lattice, j, trig_j)
-    _mark_clear(arms, lattice, i, j, apart, trig_i, trig_j, _UNBOUNDED, clear, False)
+    mark_clear(arms, lattice, i, j, apart, trig_i, trig_j, _UNBOUNDED, clear, False)
     blocked_i, blocked_j = scratch.blocked[0], scratch.blocked_other[0]
-    _mark_blocked_by_stationary(arms, near, lattice, i, trig_i, limit, blocked_i)
-    _mark_blocked_by_stationary(arms, near, lattice, j, trig_j, limit, blocked_j)
+    mark_blocked_by_stationary(arms, near, lattice, i, trig_i, limit, blocked_i)
+    mark_blocked_by_stationary(arms, near, lattice, j, trig_j, limit, blocked_j)
     for word in range(2 * size):
         reach[word] = _NONE
-    clear_block = _block_of_all(lattice, i, j, _UNBOUNDED)
+    clear_block = block_of_all(lattice, i, j, _UNBOUNDED)
     here, there = clear_block, Block(size, 0, 0, lattice.size[i, 1], lattice.size[j, 0])
-    _start_in(lattice, i, j, reach, here, size)
+    start_in(lattice, i, j, reach, here, size)
     for k in range(most):
-        _advance(
+        advance(
             lattice, i, j, k, _UNBOUNDED, reach, here, there, scratch.turned, clear, clear_block, blocked_i, blocked_j
         )
         low_i, high_i = window(lattice, i, k + 1, _UNBOUNDED)
@@ -400,7 +222,7 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
         grown = False
         for a in range(low_i, high_i + 1):
             for b in range(lattice.size[i, 1]):
-                row, before = _row(there, a, b), _row(here, a, b)
+                row, before = row_of(there, a, b), row_of(here, a, b)
                 for c in range(low_j, high_j + 1):
                     if _ends_at(lattice, i, j, reach[row + c], a, b, c) != _NONE:
                         return k + 1
@@ -408,44 +230,4 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
         if not grown:
             return -1
         here, there = there, here
-    return most + 1
-
-
-@leaf
-def steps_past_fixed(arms, near, lattice, i, limit, scratch, most):
-    """Steps that positioner i needs past those that never move, if nobody else were there; -1 if it never gets there.
-
-    At most `most` are tried; `most + 1` says that it takes more.
-    """
-    trig, reached, row = scratch.trig, scratch.blocked, scratch.row
-    link_directions(arms, lattice, i, trig)
-    alphas, betas = lattice.size[i, 0], lattice.size[i, 1]
-    every = ~_NONE if betas == 64 else bit(betas) - _ONE
-    _mark_blocked_by_stationary(arms, near, lattice, i, trig, limit, row)
-    for a in range(alphas):
-        row[a] = every & ~row[a]
-        reached[0, a] = _NONE
-    goal_a, goal_b = lattice.last[i, 0], lattice.last[i, 1]
-    reached[0, lattice.first[i, 0]] = bit(lattice.first[i, 1])
-    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
-    pace = max(pace_a, pace_b)
-    here = 0
-    for k in range(most + 1):
-        grown = False
-        for part in range(pace):  # node by node, so that none that is blocked is passed over
-            if holds(reached[here, goal_a], goal_b):
-                return k + (part > 0)
-            there, aside = 1 - here, part < pace_a
-            for a in range(alphas):
-                bits = _NONE
-                for x in range(max(a - aside, 0), min(a + aside, alphas - 1) + 1):
-                    bits |= reached[here, x]
-                if part < pace_b:
-                    bits |= (bits << _ONE) | (bits >> _ONE)
-                bits = (bits & row[a]) | reached[here, a]
-                grown = grown or bits != reached[here, a]
-                reached[there, a] = bits
-            here = there
-        if not grown:
-            return -1
     return most + 1

@@ -13,14 +13,10 @@ import numpy as np
 from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.kernels.randoms import uniform
 from fiberplan.planners.direct.contacts import all_contacts, steps_in_contact
+from fiberplan.planners.direct.joint_nodes import joint_words
 from fiberplan.planners.direct.lattice import Lattice
-from fiberplan.planners.direct.pairs import (
-    find_clear_nodes,
-    joint_words,
-    move_jointly,
-    steps_alone,
-    steps_past_fixed,
-)
+from fiberplan.planners.direct.pairs import find_clear_nodes, move_jointly, steps_alone
+from fiberplan.planners.direct.past_fixed import steps_past_fixed
 from fiberplan.planners.direct.single import replan
 
 EXTENDED = 0.02  # price of a step at full extension; touching costs 1 or more

@@ -14,7 +14,7 @@ from fiberplan.kernels.randoms import uniform
 from fiberplan.planners.direct.contacts import first_contact
 from fiberplan.tolerances import UNDER_LIMIT
 
-_ROUNDING = 1e-9  # of a step
+_EVEN = 1e-9  # of a step
 
 
 @leaf
@@ -60,7 +60,7 @@ def _replaced(path, old, members, turn, joints, a, b, steps):
             all_of_them = all_of_them and joints[m, d]
             if joints[m, d]:
                 far = abs(path[members[m], b, d] - path[members[m], a, d]) / turn[m, d]
-                needed = max(needed, int(np.ceil(far - _ROUNDING)))
+                needed = max(needed, int(np.ceil(far - _EVEN)))
     saved = b - a - needed
     if saved < 0 or (all_of_them and saved == 0):
         return -1
