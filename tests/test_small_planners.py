@@ -169,7 +169,7 @@ def test_whoever_folds_last_is_given_up_by_name(relief):
 def test_direct_gives_up_the_one_that_matters_less():
     plan = fp.planners.Direct(turn=TURN).plan(stiff())
     assert plan.faults() == []
-    assert plan.outcomes == (Outcome.ARRIVED, Outcome.DEADLOCKED)
+    assert plan.outcomes == (Outcome.ARRIVED, Outcome.INFEASIBLE)
     assert plan.blockers == {1: (0,)}
 
 
