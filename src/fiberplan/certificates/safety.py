@@ -164,7 +164,7 @@ def verify(
         raise TrajectoryError(f"margin {margin}, jitter {jitter} and position error must be finite and 0 or more")
     path = as_motion(plane.arms, trajectory)
     drift = jitter * float(path.knots["speed"].max()) if jitter else 0.0
-    if max(drift, error.max(initial=0.0)) > LARGEST:
+    if max(error.max(initial=0.0), jitter) > LARGEST or LARGEST < drift < np.inf:  # joints may have no speed limit
         raise TrajectoryError(f"position error {error.max():g} mm or jitter {jitter:g} s is more than {LARGEST:g} mm")
     errors = np.concatenate([error, np.zeros(len(plane.obstacles))])
     errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))

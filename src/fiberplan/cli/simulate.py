@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fiberplan.arrays import LARGEST
 from fiberplan.cli.answers import say_json
 from fiberplan.cli.options import InstrumentArgument, JsonOption, SeedOption
 from fiberplan.cli.output import Output, refuse_unwritable, say, working
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
     from fiberplan.motion import Executed
 
 _SHOWN = 5  # pairs, or robots, that have a line of their own
+
+_LATEST = 1e9  # [s]
 
 
 def simulate(
@@ -122,7 +123,7 @@ def _stalls(plane: "FocalPlane", given: Sequence[str]) -> dict[int, float]:
             seconds = float(when) if at else float("nan")
         except ValueError:
             seconds = float("nan")
-        if not 0 <= seconds <= LARGEST:
+        if not 0 <= seconds <= _LATEST:
             raise FiberplanError(f"--stall {text}: expected ID@S, a positioner and a time of 0 s or more")
         stalls[_index(plane, f"--stall {text}", name)] = seconds
     return stalls

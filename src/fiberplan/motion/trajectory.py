@@ -14,7 +14,7 @@ import numpy as np
 from fiberplan.arrays import Frozen, number, plain, read_only, texts
 from fiberplan.errors import TrajectoryError
 
-_LATEST = 1e12  # [s]: proofs allow for the rounding of times up to here, well past those of Unix
+_LATEST = 1e18  # [s]: proofs allow for the rounding of times, which are minutes apart here; products stay finite
 
 if TYPE_CHECKING:
     from astropy.table import QTable

@@ -210,7 +210,7 @@ class Targets(Frozen):
             return self._standing_at(plane)
         if self.positioner is None:
             raise TargetError(
-                f"{self.source}: no column 'positioner': say which positioner takes which target, or let "
+                f"{self.source}: no column 'positioner': say which positioner is assigned which target, or let "
                 "`fiberplan allocate` say it"
             )
         for row, id_ in enumerate(self.positioner):
