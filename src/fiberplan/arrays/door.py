@@ -9,7 +9,7 @@ from numpy.typing import DTypeLike
 from fiberplan.arrays.units import plain
 from fiberplan.errors import FiberplanError
 
-LARGEST = 1e10  #: no length is larger: beyond it floating-point numbers round off more than proofs have room for [mm]
+LARGEST = 4e9  #: no length is larger: beyond it floating-point numbers round off more than proofs have room for [mm]
 
 
 def read_only(
