@@ -27,6 +27,7 @@ from fiberplan.tolerances import SLACK, UNDER_LIMIT
 from problems import narrow_exchange
 
 DEG = np.pi / 180.0
+NOTHING = np.uint64(0)  # no beta nodes
 
 
 def row_of(n, pitch=22.4, **changes):
@@ -94,7 +95,7 @@ def blocked_of(arms, lattice, i, j, limit, trig, out):
     link_directions(arms, lattice, i, trig)
     frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
     for a in range(lattice.size[i, 0]):
-        out[a] = blocked_betas(arms, lattice, i, a, trig, beta_motion(arms, lattice, i), j, frame_j, limit)
+        out[a] = blocked_betas(arms, lattice, i, a, trig, beta_motion(arms, lattice, i), j, frame_j, limit, NOTHING)
 
 
 @pytest.mark.parametrize("margin", [0.0, 1.5])

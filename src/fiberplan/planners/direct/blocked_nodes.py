@@ -156,7 +156,7 @@ def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
 
 
 @leaf
-def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, known=_NONE):
+def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, known):
     """The beta nodes of positioner i at its alpha node `a` that do not clear arm j by `limit` [mm].
 
     `known` ones are taken to be among them.
@@ -199,7 +199,7 @@ def _mark_late(arms, lattice, i, trig, motion, j, apart, steps, row, blocked):
             low, high = min(low, a), max(high, b)
         frame_j = frame(arms, j, x, y)
         for a in range(low, high + 1):
-            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, apart)
+            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, apart, _NONE)
         for k in range(begin, end + 1):
             a, b = window(lattice, i, k, steps)
             for m in range(a, b + 1):
@@ -225,7 +225,7 @@ def mark_blocked(arms, lattice, i, trig, motion, j, pair, limit, steps, row, blo
         for a in range(low, high + 1):
             if known_low <= a <= known_high:
                 continue
-            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
+            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, _NONE)
         for a in range(low, high + 1):
             blocked[k, a] |= row[a]
         if known_high < known_low:

@@ -1,5 +1,6 @@
 """From a solution to a better one: shorter, or such that who is late is not touched; the best so far is kept."""
 
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -17,6 +18,7 @@ _LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least th
 _SHORTCUTS = 60  # for each of those that hurry together
 _IN_VAIN = 200  # times that one who arrives last hurries, before that is given up
 _MOST_TOGETHER = 5  # who hurry
+_HURRIES = 4000  # in all: a second or two
 _GROWTH = 0.03  # of the steps, the first time; as much more every time
 _PART = 0.8  # of the clearance at rest, that arms which are late keep
 _LATEST = 2.0  # times as many steps as without, for arms that may be late, at most
@@ -43,9 +45,9 @@ def shorten(search: DirectSearch, proceed: Callable[[], bool]) -> None:
 
 def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:
     """Let those that arrive last arrive sooner, by shortcuts of theirs and of those that are in their way."""
-    path = search.lattice.path[:, : search.steps + 1].copy()
-    in_vain = np.zeros(len(path), np.int64)
-    blame: dict[int, np.ndarray] = {}  # who refused shortcuts of whom
+    path, state = search.lattice.path[:, : search.steps + 1].copy(), search.search.state
+    in_vain, refused, hurries = np.zeros(len(path), np.int64), np.zeros(len(path), np.int64), 0
+    in_the_way: dict[int, Counter[int]] = {}  # how often who refused shortcuts of whom
     while True:
         arrival = arrivals(path)
         last = int(arrival.max())
@@ -55,21 +57,26 @@ def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:
         late = np.flatnonzero(arrival == last)
         if last <= search.least_steps or in_vain[late].max() > _IN_VAIN or not proceed():
             return
+        hurries += len(late)
+        if hurries > _HURRIES:
+            return
         for i in late.tolist():
-            refused = blame.setdefault(i, np.zeros(len(path), np.int64))
-            together = np.array([i, *_in_the_way(search, i, refused, int(in_vain[i]) % _MOST_TOGETHER)])
+            known = in_the_way.setdefault(i, Counter())
+            together = np.array([i, *_some_of(known, int(in_vain[i]) % _MOST_TOGETHER, search)])
             tries = _SHORTCUTS * len(together)
-            state = search.search.state
             hurried(search.plane, search.near, path, together, search.limit, search.duration, tries, state, refused)
+            for j in {int(j) for member in together for j in search.near.around(member)}:
+                if not search.lattice.fixed[j] and j != i:
+                    known[j] += int(refused[j])
+                refused[j] = 0
             in_vain[i] = 0 if arrivals(path[i : i + 1])[0] < last else in_vain[i] + 1
             if in_vain[i] > _IN_VAIN:
                 break
 
 
-def _in_the_way(search: DirectSearch, i: int, refused: np.ndarray, most: int) -> list[int]:
-    """At most so many of those that can move and refused shortcuts of i, often or by chance."""
-    able = np.flatnonzero((refused > 0) & ~search.lattice.fixed)
-    weights = {int(j): refused[j] * uniform(search.search.state) for j in able if j != i}
+def _some_of(known: Counter[int], most: int, search: DirectSearch) -> list[int]:
+    """At most so many of those that are known to be in the way, often or by chance."""
+    weights = {j: times * uniform(search.search.state) for j, times in sorted(known.items()) if times}
     return sorted(weights, key=lambda j: -weights[j])[:most]
 
 

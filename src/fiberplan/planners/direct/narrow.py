@@ -63,7 +63,21 @@ def _way(paths: Paths, i: int) -> np.ndarray | None:
 
 def goes_elsewhere(paths: Paths, i: int) -> int:
     """Let positioner i go to another configuration that counts as its goal; steps that it needs, or -1 without any."""
-    return _settled_elsewhere(paths, i, paths.most_steps)
+    problem, taken, least = paths.problem, paths.goal[i].copy(), paths.least_steps
+    fineness = min(int(paths.fineness[i]), FINEST)
+    choices = choices_of(problem)[i]
+    for end in choices[np.isfinite(choices[:, 0]) & (choices != taken).any(axis=1)]:
+        paths.goal[i] = end
+        pose = paths.plane.with_obstacles(np.where(paths.plane.online[:, None], paths.goal, problem.start))
+        if touching(paths.plane.arms, paths.near, pose, np.array([i]), problem.margin + EQUALITY)[0] >= 0:
+            continue
+        paths.change_fineness(np.array([i]), np.array([0]))
+        need = int(steps_past_fixed(paths, np.array([i]))[0])
+        if 0 <= need <= paths.most_steps:
+            return need
+    paths.goal[i], paths.least_steps = taken, least  # ways to goals that are not taken are no bounds
+    paths.change_fineness(np.array([i]), np.array([fineness]))
+    return -1
 
 
 def makes_room(paths: Paths, who: np.ndarray) -> bool:
@@ -75,31 +89,12 @@ def makes_room(paths: Paths, who: np.ndarray) -> bool:
         if paths.lattice.fixed[i] or i in paths.elsewhere or np.isnan(paths.goal[i, 0]):
             continue
         paths.elsewhere.add(i)
-        need = _settled_elsewhere(paths, i, paths.most_steps)
+        need = goes_elsewhere(paths, i)
         if need >= 0:
             paths.lengthen(need)
             paths.place(np.array([i]))
             return True
     return False
-
-
-def _settled_elsewhere(paths: Paths, i: int, most: int) -> int:
-    """Give positioner i another goal that counts, reached in at most so many steps; as many as it needs, or -1."""
-    problem, taken, least = paths.problem, paths.goal[i].copy(), paths.least_steps
-    fineness = min(int(paths.fineness[i]), FINEST)
-    choices = choices_of(problem)[i]
-    for end in choices[np.isfinite(choices[:, 0]) & (choices != taken).any(axis=1)]:
-        paths.goal[i] = end
-        pose = paths.plane.with_obstacles(np.where(paths.plane.online[:, None], paths.goal, problem.start))
-        if touching(paths.plane.arms, paths.near, pose, np.array([i]), problem.margin + EQUALITY)[0] >= 0:
-            continue
-        paths.change_fineness(np.array([i]), np.array([0]))
-        need = int(steps_past_fixed(paths, np.array([i]))[0])
-        if 0 <= need <= most:
-            return need
-    paths.goal[i], paths.least_steps = taken, least  # ways to goals that are not taken are no bounds
-    paths.change_fineness(np.array([i]), np.array([fineness]))
-    return -1
 
 
 def crowding_out(paths: Paths, j: int) -> list[int]:

@@ -32,7 +32,7 @@ def mark_blocked_by_stationary(arms, near, lattice, i, trig, limit, row):
         if is_stationary(lattice, j):
             frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
             for a in range(lattice.size[i, 0]):
-                row[a] |= blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit)
+                row[a] |= blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, _NONE)
     row[lattice.first[i, 0]] &= ~bit(lattice.first[i, 1])
     if lattice.last[i, 0] >= 0:
         row[lattice.last[i, 0]] &= ~bit(lattice.last[i, 1])

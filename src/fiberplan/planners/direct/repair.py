@@ -39,8 +39,8 @@ WORK = np.dtype(
         np.record,
         [
             ("replans", "i8"),  # of single positioners
-            ("joint_moves", "i8"),  # of pairs, in vain or not,
-            ("joint_words", "i8"),  # and what they were searched in
+            ("joint_moves", "i8"),  # of pairs, in vain or not
+            ("joint_words", "i8"),  # that they were searched in
             ("short_pair", "i8"),  # that needs more steps than there are
         ],
     )
@@ -196,7 +196,7 @@ def place_each(arms, near, lattice, search, scratch, who, steps):
 def _table_for(arms, lattice, i, j, pair, apart, scratch, steps):
     """Which of the tables in `scratch.clear` says where i and j clear each other by `apart` [mm]; filled if new.
 
-    One for more steps serves as well.
+    One for more steps serves as well; one for a smaller clearance is filled on.
     """
     tables = scratch.clear_for
     latest = mine = 0
@@ -207,7 +207,8 @@ def _table_for(arms, lattice, i, j, pair, apart, scratch, steps):
     again = False
     for m in range(len(tables)):
         here = tables[m]
-        if here.pair == pair and here.steps >= steps and here.apart <= apart:
+        fits = here.pair == pair and here.steps >= steps and here.apart <= apart
+        if fits and (not again or here.apart > tables[mine].apart):
             mine, again = m, True
     here = tables[mine]
     here.used = latest + 1

@@ -30,7 +30,7 @@ def _arrival(path, members, steps):
 
 
 @leaf
-def _is_clear(arms, near, path, members, place, moved, limit, first, last, blame):
+def _is_clear(arms, near, path, members, moved, limit, first, last, blame):
     """Whether those of `members` that `moved` (k,) keep `limit` [mm] from everybody between two steps."""
     for m in range(len(members)):
         if not moved[m]:
@@ -38,10 +38,10 @@ def _is_clear(arms, near, path, members, place, moved, limit, first, last, blame
         i = members[m]
         for q in range(near.offsets[i], near.offsets[i + 1]):
             j = near.near[q].arm
-            other = place[j]
-            if other >= 0 and moved[other] and other < m:
-                continue
-            if first_contact(arms, path, i, j, limit, first, last) < last:
+            seen = False
+            for other in range(m):
+                seen = seen or (moved[other] and members[other] == j)
+            if not seen and first_contact(arms, path, i, j, limit, first, last) < last:
                 blame[j] += 1
                 return False
     return True
@@ -81,24 +81,8 @@ def _replaced(path, old, members, turn, joints, a, b, steps):
 
 
 @kernel
-def _shortcut(arms, near, path, members, place, turn, limit, tries, state, blame):
-    """Try so many shortcuts of `members` (k,) in `path` (arms, steps + 1, 2), in place.
-
-    Args:
-        arms: the array.
-        near: its neighbour lists.
-        path: everybody's paths.
-        members: whose paths may change.
-        place: (arms,) where an arm is among the members, or -1.
-        turn: (k, 2) how far each of their joints turns in a step at most [rad].
-        limit: clearance to keep [mm].
-        tries: shortcuts to try.
-        state: (1,) of the random generator.
-        blame: (arms,) counts how often each arm refused a shortcut.
-
-    Returns:
-        the step at which all members have arrived.
-    """
+def _shortcut(arms, near, path, members, turn, limit, tries, state, blame):
+    """What `hurried` does; `turn` (k, 2) is how far each joint of the members turns in a step at most [rad]."""
     steps, count = path.shape[1] - 1, len(members)
     old = np.empty((count, steps + 1, 2))
     joints, moved = np.empty((count, 2), np.bool_), np.empty(count, np.bool_)
@@ -119,7 +103,7 @@ def _shortcut(arms, near, path, members, place, turn, limit, tries, state, blame
         if saved < 0:
             continue
         last = arrival if saved else b
-        if _is_clear(arms, near, path, members, place, moved, limit, a, last, blame):
+        if _is_clear(arms, near, path, members, moved, limit, a, last, blame):
             arrival = _arrival(path, members, arrival)
             continue
         for m in range(count):
@@ -162,7 +146,5 @@ def hurried(
     Returns:
         the step at which all members have arrived.
     """
-    place = np.full(len(path), -1)
-    place[members] = np.arange(len(members))
     turn = plane.max_speed[members] * (UNDER_LIMIT * duration)
-    return int(_shortcut(plane.arms, near, path, members, place, turn, limit, tries, state, blame))
+    return int(_shortcut(plane.arms, near, path, members, turn, limit, tries, state, blame))

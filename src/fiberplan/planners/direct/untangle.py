@@ -68,14 +68,15 @@ def untangled(
     seen = inside | lattice.fixed
     kept = pairs[(inside[pairs[:, 0]] & seen[pairs[:, 1]]) | (inside[pairs[:, 1]] & seen[pairs[:, 0]])]
     alone = Neighbourhood.from_pairs(len(lattice.fixed), kept)
-    standing, who = np.array(lattice.path[: plane.n, 0]), np.array(members)
+    standing, who, standers = np.array(lattice.path[: plane.n, 0]), np.array(members), np.unique(kept)
     ways = [_by_way_of_folded(plane, alone, who, standing, goal, margin, seed)]
     for draw in range(seed, seed + _DRAWS) if len(members) <= _FEW else ():
         ways.append(joint_path(plane, alone, who, standing, goal, margin, draw, _NODES)[0])
     found = []
     for times, angles in (way for way in ways if way is not None):
         counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
-        path = np.repeat(lattice.path[:, :1], 1 + counts.sum(), axis=1)
+        path = np.empty((len(lattice.path), 1 + counts.sum(), 2))  # of which only what is seen is ever touched
+        path[standers] = lattice.path[standers, :1]
         path[who] = in_parts(angles, counts).swapaxes(0, 1)  # a whole number of steps for every move
         tries, state, blame = _SHORTCUTS * len(members), np.array([seed], np.uint64), np.zeros(len(path), np.int64)
         arrival = hurried(plane, alone, path, who, margin + SLACK, duration, tries, state, blame)
@@ -102,7 +103,6 @@ def _by_way_of_folded(
     back = folding.fold(ends, rng) if not len(out.stuck) else out
     if len(back.stuck):
         return None
-    knots = [out.trajectory.then(back.trajectory.reversed()).knots(i) for i in members]
-    times = np.unique(np.concatenate([t for t, _ in knots]))
-    angles = np.array([[np.interp(times, t, q[:, d]) for d in (0, 1)] for t, q in knots])
-    return times, np.moveaxis(angles, 2, 0)
+    motion = out.trajectory.select(members).then(back.trajectory.select(members).reversed())
+    times = np.unique(motion.times)
+    return times, motion.sampled(times).swapaxes(0, 1)
