@@ -120,7 +120,8 @@ def _query(
     fixed = np.concatenate([~plane.online, np.ones(len(plane.obstacles), bool)])
     others = [i for i in ends if i not in who]
     slots, contacts = [*who], []
-    for pair in plane.arm_pairs_within(margin).tolist():
+    pairs = plane.arm_pairs_within(margin)
+    for pair in pairs[np.isin(pairs, who).any(axis=1)].tolist():
         for a, b in (pair, pair[::-1]):
             if a in who and (fixed[b] or b in others or (b in who and a < b)):
                 slots += [] if b in slots else [b]

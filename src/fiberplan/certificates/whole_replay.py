@@ -6,7 +6,6 @@ in the one file as in the other, since nothing else decides on it.
 """
 
 import multiprocessing
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from fiberplan.certificates.replay import Claims
 from fiberplan.certificates.replay_geometry import about, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, label, not_replayed
+from fiberplan.cores import cores
 
 _CHUNK = 32  # pairs that are handed to a process at a time
 _WORTH = 200  # pairs from which on more processes than one pay
@@ -52,16 +52,12 @@ def replay(
     pairs = list(claims.pairs())
     todo = pairs if since is None else list(_changed(claims, since, pairs))
     found, done = [*geometry_fault(claims), *faults(claims)], 0
-    for chunk in _judged(claims, todo, jobs or _cores()):
+    for chunk in _judged(claims, todo, jobs or cores()):
         found += [f"{label(claims, i)} and {label(claims, j)}: {fault}" for (i, j), fault in chunk if fault is not None]
         done += len(chunk)
         if report is not None:
             report(f"{done} of {len(todo)} pairs")
     return Replay(tuple(found), tuple(not_replayed(claims)), len(todo), len(pairs) - len(todo), about(claims))
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _judged(claims: Claims, pairs: list, jobs: int) -> Iterator[list[tuple]]:

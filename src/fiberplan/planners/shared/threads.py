@@ -3,18 +3,14 @@
 Only for work in which no positioner has a part in another's, so that the result is the same for any number of threads.
 """
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from fiberplan.cores import cores
+
 _LEAST = 500  # positioners that a thread is worth
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def in_parts_at_once(work: Callable[[np.ndarray], None], who: np.ndarray) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from fiberplan import __version__
 from fiberplan.arrays import not_negative
 from fiberplan.arrays.seeds import seed_complaint
+from fiberplan.cores import cores
 from fiberplan.errors import FiberplanError, ProblemError, interrupted
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.io.plan_file import read_plan
@@ -111,7 +112,7 @@ def run(
     with Ledger(Path(folder), {name: fingerprint(part) for name, part in parts.items()}) as ledger:
         batch = _Batch(Path(folder), targets, fields, lying, setup, begin, ledger)
         if batch.todo:
-            many = at_once or os.cpu_count() or 1
+            many = at_once or cores()
             mine = executor is None
             name = fingerprint(setup)
             whole = packed(setup, name)

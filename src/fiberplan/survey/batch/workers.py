@@ -17,6 +17,7 @@ from multiprocessing.connection import wait
 from queue import SimpleQueue
 from typing import Any
 
+from fiberplan.cores import cores
 from fiberplan.errors import FiberplanError
 from fiberplan.survey.batch.work import Packed, Setup
 
@@ -114,12 +115,12 @@ def dask_executor(address: str | None) -> Iterator[tuple[Executor, int]]:
     except ImportError:
         raise FiberplanError("executor dask needs the extra: pip install 'fiberplan[dask]'") from None
     try:
-        client = Client(address) if address is not None else Client(n_workers=os.cpu_count(), threads_per_worker=1)
+        client = Client(address) if address is not None else Client(n_workers=cores(), threads_per_worker=1)
     except (OSError, ValueError) as error:
         raise FiberplanError(f"scheduler {address}: {str(error).splitlines()[0]}") from None
     with client:
-        cores = sum(client.ncores().values())
-        yield client.get_executor(pure=False), 2 * max(1, cores)
+        there = sum(client.ncores().values())
+        yield client.get_executor(pure=False), 2 * max(1, there)
 
 
 def died(error: BaseException) -> bool:
