@@ -18,39 +18,38 @@ from test_survey_conflicts import scattered
 
 
 @dataclass(frozen=True)
-class NotTogether:
-    """Two go straight to their goals, but never the one to `first` and the other to `second`."""
+class Together:
+    """Two go straight to their goals; where the one goes to `first` and the other to `second`, as `then` says."""
 
     first: np.ndarray
     second: np.ndarray
-    name = "not-together"
     reference = "made up"
 
     def plan(self, problem):
+        together = (problem.goal == np.stack([self.first, self.second])).all()
         goal = np.where(np.isnan(problem.goal), problem.start, problem.goal)
-        motion = fp.Trajectory.from_samples([0.0, 30.0], [problem.start, goal])
-        outcomes = [fp.Outcome.ARRIVED if has else fp.Outcome.NO_TARGET for has in problem.has_goal]
-        there, blockers = (problem.goal == np.stack([self.first, self.second])).all(axis=1), {}
-        if there.all():
-            outcomes[0], blockers = fp.Outcome.DEADLOCKED, {0: (-1, 1)}
-        return fp.Plan(problem, motion, tuple(outcomes), "direct", blockers=blockers)
-
-
-@dataclass(frozen=True)
-class SlowTogether:
-    """Two go straight to their goals, twice as long where the one goes to `first` and the other to `second`."""
-
-    first: np.ndarray
-    second: np.ndarray
-    name = "slow-together"
-    reference = "made up"
-
-    def plan(self, problem):
-        slow = (problem.goal == np.stack([self.first, self.second])).all()
-        goal = np.where(np.isnan(problem.goal), problem.start, problem.goal)
-        motion = fp.Trajectory.from_samples([0.0, 60.0 if slow else 30.0], [problem.start, goal])
         outcomes = tuple(fp.Outcome.ARRIVED if has else fp.Outcome.NO_TARGET for has in problem.has_goal)
-        return fp.Plan(problem, motion, outcomes, "direct", bounds=(Bound("pair", 60.0, (0, 1)),) if slow else ())
+        seconds, outcomes, more = self.then(outcomes) if together else (30.0, outcomes, {})
+        motion = fp.Trajectory.from_samples([0.0, seconds], [problem.start, goal])
+        return fp.Plan(problem, motion, outcomes, "direct", **more)
+
+
+class NotTogether(Together):
+    """The first does not arrive then."""
+
+    name = "not-together"
+
+    def then(self, outcomes):
+        return 30.0, (fp.Outcome.DEADLOCKED, *outcomes[1:]), {"blockers": {0: (-1, 1)}}
+
+
+class SlowTogether(Together):
+    """They take twice as long then."""
+
+    name = "slow-together"
+
+    def then(self, outcomes):
+        return 60.0, outcomes, {"bounds": (Bound("pair", 60.0, (0, 1)),)}
 
 
 @pytest.fixture(scope="module")

@@ -10,14 +10,17 @@ from fiberplan.errors import ProblemError
 MOST_SEED = 2**63 - 1
 
 
+def _is_seed(seed: Any, most: float) -> bool:
+    """Whether it is a whole number from 0 to `most`."""
+    try:
+        return not isinstance(seed, bool) and 0 <= operator.index(seed) <= most
+    except TypeError:
+        return False
+
+
 def seed_complaint(seed: Any) -> str | None:
     """What is wrong with a seed, or None."""
-    try:
-        if not isinstance(seed, bool) and 0 <= operator.index(seed) <= MOST_SEED:
-            return None
-    except TypeError:
-        pass
-    return f"seed must be a whole number from 0 to {MOST_SEED}, got {seed!r}"
+    return None if _is_seed(seed, MOST_SEED) else f"seed must be a whole number from 0 to {MOST_SEED}, got {seed!r}"
 
 
 def generator(seed: Any) -> np.random.Generator:
@@ -26,9 +29,6 @@ def generator(seed: Any) -> np.random.Generator:
     Raises:
         ProblemError: a seed that is no whole number of 0 or more.
     """
-    try:
-        if not isinstance(seed, bool) and operator.index(seed) >= 0:
-            return np.random.default_rng(seed)
-    except TypeError:
-        pass
-    raise ProblemError(f"seed must be a whole number of 0 or more, got {seed!r}")
+    if not _is_seed(seed, np.inf):
+        raise ProblemError(f"seed must be a whole number of 0 or more, got {seed!r}")
+    return np.random.default_rng(seed)
