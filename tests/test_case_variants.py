@@ -1,6 +1,9 @@
 """Other instances of the kinds of trouble that were reported from the field, through the command line."""
 
+import gzip
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -191,3 +194,37 @@ def test_a_motion_that_lasts_for_ever_is_refused(capsys):
         said = capsys.readouterr().err
         assert "knot at 1e+308 s" in said
         assert len(said) < 200
+
+
+def test_letters_of_a_locale_without_them(monkeypatch):
+    """There stdout would pass on what it was not told to escape, and files would be read in the locale's letters."""
+    names = tuple(f"\N{SNOWMAN}{k}" for k in range(7))
+    fp.FocalPlane.load("seven.fits").replace(ids=names).write("seven.fits")
+    rows = "".join(f"{name} {t} 0.0 180.0\n" for name in names for t in (0.0, 1.0))
+    head = "".join(f"# - {{name: {name}, datatype: float64}}\n" for name in ("time", "alpha", "beta"))
+    head = f"# %ECSV 1.0\n# ---\n# datatype:\n# - {{name: positioner, datatype: string}}\n{head}"
+    Path("still.ecsv").write_text(f"{head}positioner time alpha beta\n{rows}", encoding="utf-8")
+    for name, value in {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}.items():
+        monkeypatch.setenv(name, value)
+    done = subprocess.run(
+        [sys.executable, "-m", "fiberplan", "audit", "seven.fits", "still.ecsv"], capture_output=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert rb"closest \u26033 and \u26034" in done.stdout
+
+
+@pytest.mark.parametrize("name", ["seven.toml", "robots.csv"])
+def test_an_instrument_that_gzip_packed(capsys, name):
+    text = {
+        "seven.toml": (Path(fp.__file__).parent / "instruments" / "builtin" / "pfs.toml").read_text(),
+        "robots.csv": "positioner,x,y,length,fiber_x,alpha_lower,alpha_upper,beta_lower,beta_upper\n"
+        "A,0,0,3.0,3.1,-190,190,-5,185\n",
+    }[name].encode()
+    Path(name).write_bytes(text)
+    Path(f"{name}.gz").write_bytes(gzip.compress(text))
+    Path(f"cut.{name}.gz").write_bytes(gzip.compress(text)[:-9])
+    plain, packed = (fp.FocalPlane.load(each) for each in (name, f"{name}.gz"))
+    assert packed.name == plain.name
+    assert packed.ids == plain.ids
+    assert run(["instruments", f"cut.{name}.gz"]) == 2
+    assert capsys.readouterr().err.endswith("is truncated: it ends before what it packs does\n")

@@ -193,6 +193,11 @@ def test_idle_robots_are_parked_where_they_are_sent(folder, capsys):
     out = plan(capsys, 0, "one.csv", "--park-at", "30", "200", "-o", "p.fits")  # out of their range
     assert "parked: 0 of 6" in out
     assert "not parked: R-1C1, " in out
+    out = plan(capsys, 0, "one.csv", "--park-at", "-1e-7", "180")  # out of it by rounding
+    assert "parked: 6 of 6 without a target are folded" in out
+    assert "park at [nan, 180.0] deg: two finite angles are wanted" in plan(
+        capsys, 2, "one.csv", "--park-at", "nan", "180"
+    )
 
 
 def test_rows_that_no_robot_can_have_are_dropped_by_name(folder, capsys):

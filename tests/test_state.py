@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from astropy import units as u
 
 import fiberplan as fp
 from fiberplan.cli.app import run
@@ -30,6 +31,10 @@ def test_defaults():
         ({"angles": [[0.0, np.nan]]}, "finite"),
         ({"online": [True]}, "online"),
         ({"unknown": [True, False]}, "unknown"),
+        ({"online": ["no"] * 7}, "online cannot be taken as numbers \\(true, false, 1 or 0 is wanted\\)"),
+        ({"online": [1.0] * 6 + [np.nan]}, "true, false, 1 or 0 is wanted"),
+        ({"online": [True] * 6 + [None]}, "true, false, 1 or 0 is wanted"),
+        ({"angles": hexagon(1).folded + 1j}, "complex"),
         ({"position_error": [0.0] * 6}, "position_error"),
         ({"position_error": [0, 0, 0, -0.1, 0, 0, 0]}, "-0.1 mm"),
         ({"position_error": [0, 0, 0, np.nan, 0, 0, 0]}, "nan mm"),
@@ -143,4 +148,9 @@ class TestStateOfAPlan:
 
     def test_times_outside_the_motion(self, plan):
         assert np.array_equal(plan.state_at(0.0).angles, plan.problem.start)
+        half = 0.5 * plan.makespan
+        for state in (plan.state_at(half * 1e3 * u.ms), State.read(plan, plan.problem.plane, at=half * 1e3 * u.ms)):
+            np.testing.assert_allclose(state.angles, plan.state_at(half).angles, rtol=0, atol=1e-9)
+        with pytest.raises(ProblemError, match="the moment of a state must be one number \\[s\\], got '2'"):
+            State.read(plan, plan.problem.plane, at="2")
         assert np.array_equal(plan.state_at(plan.makespan + 100.0).angles, plan.trajectory.end)

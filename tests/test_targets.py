@@ -51,6 +51,24 @@ def test_inverse_kinematics_round_trip(l1, along, across, zero_a, zero_b, alpha,
             assert nearest < 1e-6
 
 
+@pytest.mark.parametrize("end", [10.0, 200.0])
+def test_a_table_with_three_decimals_at_the_end_of_alpha(end):
+    """There a rounded place takes alpha out of its range: most where beta moves the fiber across, not along."""
+    lower, upper = np.radians([[10.0, 0.0], [200.0, 180.0]])
+    plane = one_arm(7.4, (15.0, 0.0), (0.0, 0.0), lower, upper)
+    angles = np.radians([[end, beta] for beta in np.linspace(1.0, 179.0, 179)])
+    points = np.concatenate([plane.fibers(row[None]) for row in angles])
+    who, fiber, right = np.zeros(179, int), np.tile(plane.fiber, (179, 1)), np.ones(179)
+    rounded = np.round(points, 3)
+    found = solutions(plane, who, rounded, fiber, right)[:, 0]
+    reached = np.concatenate([plane.fibers(row[None]) for row in found])
+    assert np.hypot(*(reached - rounded).T).max() <= ARRIVAL
+    elbows = np.concatenate([plane.elbows(row[None]) for row in angles])
+    along = (points - elbows) / 15.0 * 1.1 * ARRIVAL
+    lost = [np.isnan(solutions(plane, who, points + step, fiber, right)[:, 0, 0]) for step in (along, -along)]
+    assert (lost[0] ^ lost[1]).all()  # one side of where the end of alpha leads to is too far
+
+
 def test_both_parities_are_found_and_told_apart():
     plane = one_arm(8.0, (17.0, 0.0), (0.0, 0.0))
     point = plane.base[0] + [12.0, 15.0]

@@ -41,13 +41,23 @@ def read_only(
         return values
     values = plain(values, unit, name or "an array", error)
     try:
-        array = np.array(values, dtype=dtype, order="C")
+        given = np.asarray(values)
+        _refuse_loss(given, np.dtype(dtype))
+        array = np.array(given, dtype=dtype, order="C")
     except (TypeError, ValueError) as problem:
         if not name:
             raise
         raise error(f"{name} cannot be taken as numbers ({str(problem).splitlines()[0]})") from None
     array.setflags(write=False)
     return array
+
+
+def _refuse_loss(given: np.ndarray, wanted: np.dtype) -> None:
+    """Numpy takes any word for true, a NaN as well, and the real part of a complex number, without an error."""
+    if wanted.kind == "b" and (given.dtype.kind not in "biuf" or np.isnan(given).any()):
+        raise TypeError("true, false, 1 or 0 is wanted")
+    if wanted.kind == "f" and given.dtype.kind == "c":
+        raise TypeError("complex numbers have a part too many")
 
 
 def number(value: Any, unit: str, name: str, error: type[FiberplanError] = FiberplanError) -> float:

@@ -62,7 +62,7 @@ def page_output(path: Path | None) -> Output:
 
 def say(what: RenderableType, style: str | None = None) -> None:
     """Print an answer: text as it stands, one line a line, or a table; letters that stdout has not are escaped."""
-    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors != "backslashreplace":
         sys.stdout.reconfigure(errors="backslashreplace")
     console = _Patient(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else WIDE)
     console.print(what, style=style if console.is_terminal else None, soft_wrap=isinstance(what, str))

@@ -112,6 +112,7 @@ class TwoLink:
         on_axis = away < 1e-12  # a fiber over its own base: any alpha does, so do not turn
         alpha = np.where(on_axis[:, None], plane.folded[who, 0, None], alpha)
         angles = np.where(allowed[..., None], np.stack([alpha, beta], axis=-1), np.nan)
+        angles, missed = _with_alpha_in_range(plane, who, points, straight, arm, angles, missed)
         left = np.maximum(TOLERANCE - np.max(missed, axis=1, initial=0.0, where=~np.isnan(missed)), ROUNDING)
         return angles, left / np.fmax(self.levers(plane, who, offset).sum(axis=1), TOLERANCE)
 
@@ -162,6 +163,43 @@ def _to_end_of_range(angle: np.ndarray, lower: np.ndarray, upper: np.ndarray) ->
     out = above > upper - lower
     to_upper = above - (upper - lower)
     return np.where(out, np.where(to_upper < _TURN - above, upper, lower), angle)
+
+
+def _with_alpha_in_range(
+    plane: Mounted,
+    who: np.ndarray,
+    points: np.ndarray,
+    straight: np.ndarray,
+    arm: np.ndarray,
+    angles: np.ndarray,
+    missed: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Alpha that is out of its range at the end of it, and beta aimed anew, where the fiber misses by little enough.
+
+    Args:
+        plane: the array.
+        who: (m,) arms.
+        points: (m, 2) [mm].
+        straight: (m, 1) minus the beta of the straight arm [rad].
+        arm: (m, 1) from the elbow to the fiber [mm].
+        angles: (m, 2, 2) both solutions [rad].
+        missed: (m, 2) by how much they miss their points [mm].
+
+    Returns:
+        `angles` and `missed` as they are then; the elbow stays on its side.
+    """
+    low, high = plane.lower[who, None], plane.upper[who, None]
+    alpha = _to_end_of_range(angles[..., 0], low[..., 0], high[..., 0])
+    turn = alpha + plane.zero[who, 0, None]
+    elbow = plane.base[who, None] + plane.length[who, None, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    ahead = points[:, None] - elbow
+    misses = np.abs(np.hypot(ahead[..., 0], ahead[..., 1]) - arm)
+    beta = np.arctan2(ahead[..., 1], ahead[..., 0]) - turn - straight
+    ends = (alpha != angles[..., 0]) & (misses <= TOLERANCE)
+    ends &= _to_end_of_range(beta, low[..., 1], high[..., 1]) == beta
+    ends &= np.sin(beta + straight) * np.sin(angles[..., 1] + straight) >= 0.0
+    angles = np.where(ends[..., None], np.stack([alpha, beta], axis=-1), angles)
+    return angles, np.where(ends, misses, missed)
 
 
 def _bend(plane: Mounted, who: np.ndarray, points: np.ndarray, offset: np.ndarray) -> np.ndarray:

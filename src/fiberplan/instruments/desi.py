@@ -17,6 +17,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.desi_mending import mended
 from fiberplan.instruments.desi_outlines import Settings, find_settings, fixed_outlines, moving_outlines
 from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.tables.contents import beginning, plain_name
 from fiberplan.tables.ecsv import read_ecsv
 from fiberplan.tables.input_table import InputTable
 
@@ -56,10 +57,9 @@ def focal_plane_file(path: Path) -> Path | None:
     """The focal-plane file that `path` is, or the last (by name) of those in the folder that it is; None if none."""
     if path.is_dir():
         return max(path.glob("fp-*.ecsv"), default=None)
-    if path.suffix.lower() != ".ecsv" or not path.is_file():
+    if plain_name(path).suffix.lower() != ".ecsv":
         return None
-    with path.open("rb") as file:
-        head = file.read(8192)
+    head = beginning(path, 8192)
     return path if b"PETAL_LOC" in head and b"LENGTH_R1" in head else None
 
 
@@ -118,7 +118,7 @@ def read_desi(path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "ra
         obstacles=fixed_outlines(settings, sorted(set(petals.tolist()))),
         zero=offset + np.stack([turn, np.zeros(len(turn))], axis=1),
         online=online,
-        name=f"desi-{file.stem}",
+        name=f"desi-{plain_name(file).stem}",
         notes=(*_SOURCES, *notes, *mendings),
         aliases=table.texts("DEVICE_ID") if "DEVICE_ID" in table else (),
         assumptions=(*_ASSUMPTIONS, *mendings),

@@ -19,6 +19,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.instruments.formats import focal_plane_format
 from fiberplan.instruments.moons_zones import zones
+from fiberplan.tables.contents import plain_name
 from fiberplan.tables.paf import ParameterFile, read_paf
 
 SPEED = (np.radians(16.68), np.radians(22.5))
@@ -28,7 +29,7 @@ _HEALTH = "its fibre is broken"
 _LOCKED = "it is locked"
 
 
-@focal_plane_format("moons", "a positioners.cfg of MOONS", lambda path: path.suffix.lower() == ".cfg")
+@focal_plane_format("moons", "a positioners.cfg of MOONS", lambda path: plain_name(path).suffix.lower() == ".cfg")
 def read_moons(path: str | os.PathLike) -> FocalPlane:
     """The focal plane of a ``positioners.cfg``; ids are the numbers of the positioners.
 

@@ -22,7 +22,7 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.instruments.formats import focal_plane_format
-from fiberplan.tables.contents import read_whole
+from fiberplan.tables.contents import beginning, plain_name, read_whole
 from fiberplan.tables.input_table import InputTable
 from fiberplan.tables.table_reader import read_table, read_text
 
@@ -43,7 +43,7 @@ def nominal() -> dict[str, Any]:
 def _map_of(path: Path) -> Path | None:
     if path.is_dir():
         return path / MAP if (path / MAP).is_file() else None
-    return path if path.name.lower() == MAP else None
+    return path if plain_name(path).name.lower() == MAP else None
 
 
 @focal_plane_format("pfs", f"a {MAP} of PFS, or its folder", lambda path: _map_of(path) is not None)
@@ -85,11 +85,8 @@ def read_pfs(path: str | os.PathLike) -> FocalPlane:
 
 
 def _is_geometry(path: Path) -> bool:
-    if path.suffix.lower() != ".xml" or not path.is_file():
-        return False
     try:
-        with path.open("rb") as file:
-            return b"ARM_DATA" in file.read(4096)
+        return plain_name(path).suffix.lower() == ".xml" and b"ARM_DATA" in beginning(path, 4096)
     except OSError:
         return False
 
@@ -149,7 +146,7 @@ def read_pfs_geometry(path: str | os.PathLike) -> FocalPlane:
         bodies=_bodies(second),
         zero=np.stack([begin, phi_low - np.pi], axis=1),
         online=works,
-        name=f"pfs-{path.stem}",
+        name=f"pfs-{plain_name(path).stem}",
         notes=(f"from {path.name}: places, links and hard stops of {n} cobras", *nominal()["sources"], *notes),
         obstacles=fixed,
         forbidden=dots,

@@ -17,6 +17,7 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.bodies import Body
 from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.tables.contents import beginning, plain_name
 from fiberplan.tables.input_table import InputTable
 from fiberplan.tables.table_reader import read_table
 
@@ -31,14 +32,14 @@ _OURS = (b"FPPLANE", b"FPFORMAT", b"FOCALPLANE", b"POSITIONERS")
 
 def _accepts(path: Path) -> bool:
     """Whether a table has columns `positioner` and `length`, which no table of targets has."""
+    suffix = plain_name(path).suffix.lower()
+    if suffix not in (".csv", ".ecsv", ".fits"):
+        return False
     try:
-        if path.suffix.lower() not in (".csv", ".ecsv", ".fits") or not path.is_file():
-            return False
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
+        head = beginning(path, _HEAD)
     except OSError:
         return False
-    if path.suffix.lower() == ".fits":
+    if suffix == ".fits":
         there = {card.lower() for card in (b"'positioner", b"'length") if card in head.lower()}
         return len(there) == 2 and not any(word in head for word in _OURS)
     lines = head.decode("utf-8", "replace").lstrip("\ufeff").lower().splitlines()
@@ -86,7 +87,7 @@ def read_robots(path: Path, conflicts: Literal["raise", "drop"] = "raise") -> Fo
     table, parked = _parked(table, drop)
     assumptions += parked
     definition = Definition.model_validate(
-        {"format": 1, "name": path.stem, "positioners": path.name, "fibers": fibers, "joints": joints}
+        {"format": 1, "name": plain_name(path).stem, "positioners": path.name, "fibers": fibers, "joints": joints}
     )
     radius, faults = _radius(table, drop)
     bare = {name: cells for name, cells in table.columns.items() if name != "radius"}

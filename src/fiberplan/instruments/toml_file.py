@@ -13,6 +13,7 @@ from typing import Any, Literal
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.formats import focal_plane_format
+from fiberplan.tables.contents import plain_name
 from fiberplan.tables.table_reader import read_text
 from fiberplan.tables.wording import one_line
 
@@ -23,7 +24,9 @@ def _usable(path: Path) -> FocalPlane:
     return read_definition(path, "drop")
 
 
-@focal_plane_format("toml", "a .toml file written by hand", lambda path: path.suffix.lower() == ".toml", _usable)
+@focal_plane_format(
+    "toml", "a .toml file written by hand", lambda path: plain_name(path).suffix.lower() == ".toml", _usable
+)
 def read_definition(path: str | os.PathLike, conflicts: Literal["raise", "drop"] = "raise") -> FocalPlane:
     """The focal plane that a TOML file describes.
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fiberplan.arrays.door import number
 from fiberplan.errors import InstrumentError, ProblemError, TargetError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.instruments.desi import angles_of, focal_plane_file
@@ -63,8 +64,10 @@ def read_state(source: object, plane: FocalPlane, at: float | None = None) -> St
             given twice, or a moment of what is no motion; one line that names it.
         PlanError: a plan file that is damaged or of a newer format.
     """
-    if at is not None and not (np.isfinite(at) and at >= 0):
-        raise ProblemError(f"a state is read at a moment of 0 s or more, got {at:g} s")
+    if at is not None:
+        at = number(at, "s", "the moment of a state", ProblemError)
+        if not (np.isfinite(at) and at >= 0):
+            raise ProblemError(f"a state is read at a moment of 0 s or more, got {at:g} s")
     if isinstance(source, State):
         return source
     if isinstance(source, Plan):

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiberplan.arrays import Frozen, FrozenDict, shortened
+from fiberplan.arrays.door import number
 from fiberplan.arrays.seeds import seed_complaint
 from fiberplan.certificates import Certificate, needed_guesses, verify
-from fiberplan.errors import PlanError
+from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.motion import Trajectory
 from fiberplan.plan.bounds import Bound
 from fiberplan.plan.outcomes import Outcome, contradictions
@@ -138,10 +139,11 @@ class Plan(Frozen):
 
     def state_at(self, t: float) -> State:
         """Where everyone is at time `t` [s] of the motion."""
+        t = number(t, "s", "t", TrajectoryError)
         problem = self.problem
         unknown = np.zeros(problem.n, bool) if problem.state is None else problem.state.unknown
         error = np.zeros(problem.n) if problem.position_error is None else problem.position_error
-        return State(self.trajectory.at(t), problem.plane.online, error, unknown, f"plan at {float(t):g} s")
+        return State(self.trajectory.at(t), problem.plane.online, error, unknown, f"plan at {t:g} s")
 
     @property
     def end(self) -> State:

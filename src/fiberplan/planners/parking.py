@@ -5,8 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fiberplan.arrays import read_only
+from fiberplan.errors import ProblemError
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.plan import Outcome, Plan
 from fiberplan.problem import Problem
+from fiberplan.problem.solution import within_range
 from fiberplan.tolerances import ARRIVAL
 
 
@@ -19,8 +23,11 @@ def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem, at: np.
         plan: of a planner.
         problem: idle are those that can move and of whom nothing is requested.
         at: (2,) commanded angles to park at [rad] instead of folded.
+
+    Raises:
+        ProblemError: `at` is not two finite angles.
     """
-    place = problem.plane.folded if at is None else np.tile(at, (problem.n, 1))
+    place = problem.plane.folded if at is None else _place(problem.plane, at)
     idle = problem.plane.online & np.isnan(problem.requested[:, 0])
     idle[list(problem.dropped)] = False
     if not idle.any():
@@ -36,6 +43,14 @@ def plan_with_parking(plan: Callable[[Problem], Plan], problem: Problem, at: np.
     if len(parked.lost) > len(problem.dropped) and (without := plan(problem)).kept > parked.kept:
         return dataclasses.replace(without, notes=(*without.notes, "nobody is parked: that would cost a target"))
     return parked
+
+
+def _place(plane: FocalPlane, at: np.ndarray) -> np.ndarray:
+    """(n, 2) `at` for everyone; what is out of a range by rounding is at its end."""
+    at = read_only(at, unit="rad", name="park at", error=ProblemError)
+    if at.shape != (2,) or not np.isfinite(at).all():
+        raise ProblemError(f"park at {np.degrees(at).tolist()} deg: two finite angles are wanted")
+    return within_range(plane, np.arange(plane.n), np.tile(at, (plane.n, 1)), plane.fiber)
 
 
 def _of_targets(plan: Plan, problem: Problem, idle: np.ndarray, place: np.ndarray) -> Plan:

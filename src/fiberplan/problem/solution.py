@@ -67,7 +67,7 @@ def solved(targets: "Targets", plane: FocalPlane) -> Solution:
     found = solutions(plane, who, points, offset, targets.parity)
     found[np.hypot(targets.x, targets.y) > plane.field_radius] = np.nan
     found[commanded] = np.nan
-    found[commanded, 0] = _within_range(targets, plane, who, offset)[commanded]
+    found[commanded, 0] = within_range(plane, who, targets.angles, offset)[commanded]
     found[list(agreed.apart)] = np.nan
     most = int(np.isfinite(found[:, :, 0]).sum(axis=1).max(initial=1))
 
@@ -95,13 +95,20 @@ def solved(targets: "Targets", plane: FocalPlane) -> Solution:
     )
 
 
-def _within_range(targets: "Targets", plane: FocalPlane, who: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """(m, 2) the angles [rad], at the end of a joint's range where that is within what counts as arrived."""
+def within_range(plane: FocalPlane, who: np.ndarray, angles: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """`angles` (m, 2) [rad], at the end of a joint's range where the fiber counts as arrived there.
+
+    Args:
+        plane: the array.
+        who: (m,) whose angles they are.
+        angles: (m, 2) commanded [rad].
+        offset: (m, 2) of the fiber in the beta link's frame [mm].
+    """
     far = np.hypot(*plane.fiber[who].T) > np.hypot(*offset.T)
     lever = plane.kinematics.levers(plane, who, np.where(far[:, None], plane.fiber[who], offset))
-    clipped = np.clip(targets.angles, plane.lower[who], plane.upper[who])
-    near = (np.abs(clipped - targets.angles) * lever).sum(axis=1) <= ARRIVAL
-    return np.where(near[:, None], clipped, targets.angles)
+    clipped = np.clip(angles, plane.lower[who], plane.upper[who])
+    near = (np.abs(clipped - angles) * lever).sum(axis=1) <= ARRIVAL
+    return np.where(near[:, None], clipped, angles)
 
 
 def _agreement(

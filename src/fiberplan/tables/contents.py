@@ -44,6 +44,24 @@ def read_whole(path: Path, error: type[FiberplanError]) -> bytes:
         raise error(f"{path}: no such file") from None
 
 
+def beginning(path: Path, count: int) -> bytes:
+    """The first `count` bytes of a file, unpacked if they are compressed by gzip; b"" of what is no file or damaged.
+
+    Raises:
+        OSError: a file that cannot be read.
+    """
+    if not path.is_file():
+        return b""
+    with path.open("rb") as file:
+        head = file.read(count)
+    if not head.startswith(_GZIP):
+        return head
+    try:
+        return zlib.decompressobj(16 + zlib.MAX_WBITS).decompress(head, count)
+    except zlib.error:
+        return b""
+
+
 def plain_name(path: Path) -> Path:
     """The path without the ``.gz`` at its end: its ending says what is inside."""
     return path.with_suffix("") if path.suffix.lower() == ".gz" else path

@@ -131,9 +131,9 @@ def _read_any(path: Path, suffix: str, content: bytes, error: type[FiberplanErro
 
     content = content.removeprefix(b"\xef\xbb\xbf")
     options: dict[str, dict[str, Any]] = {
-        ".ecsv": {"format": "ascii.ecsv"},
-        ".txt": {"format": "ascii"},
-        ".dat": {"format": "ascii"},
+        ".ecsv": {"format": "ascii.ecsv", "encoding": "utf-8"},
+        ".txt": {"format": "ascii", "encoding": "utf-8"},
+        ".dat": {"format": "ascii", "encoding": "utf-8"},
         ".fits": {"format": "fits", "memmap": False},
         ".fit": {"format": "fits", "memmap": False},
     }
