@@ -1,5 +1,7 @@
 import copy
 import io
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from astropy.io import fits
 from fiberplan.certificates import Certificate, Contact
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.io.focal_plane_tables import plane_hdus
 from fiberplan.io.plan_file import plan_bytes, read_certificate
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
@@ -231,3 +234,26 @@ def test_how_the_start_is_known_round_trips(tmp_path, small_plane):
     assert stored.assumptions == plan.certificate.assumptions
     assert plan_bytes(again) == plan_bytes(plan)
     assert again.end.unknown.tolist() == unknown.tolist()
+
+
+def test_every_column_is_on_the_page_of_plan_files(path, small_plan):
+    """Those of any plan, and those that only some focal planes have."""
+    page = (Path(__file__).parents[1] / "docs" / "plan-format.md").read_text()
+    sections = {text.split(maxsplit=1)[0].strip(","): text for text in page.split("\n## ")}
+    sections["OBSTACLES"] += sections["BODIES"]
+    plane = small_plan.problem.plane
+    rare = plane.replace(
+        aliases=[f"M{k}" for k in range(plane.n)],
+        site="APO",
+        forbidden=[[0.0, 90.0, 1.0]],
+        max_acceleration=np.ones((plane.n, 2)),
+        min_speed=np.full((plane.n, 2), 0.01),
+    )
+    known = replace(small_plan.problem, wished=np.ones(plane.n, bool), state=State(plane.folded, plane.online))
+    replace(small_plan, problem=known).write(path)
+    with fits.open(path) as hdul:
+        tables = [*hdul[1:], *plane_hdus(rare), *plane_hdus(FocalPlane.load("miradas"))]
+    missing = {
+        (hdu.name, name) for hdu in tables for name in hdu.columns.names if f"`{name}`" not in sections[hdu.name]
+    }
+    assert not missing

@@ -99,10 +99,10 @@ def compilation_notice() -> Iterator[None]:
     def say() -> None:
         tried = folders(Path(__file__))
         if any(writable(folder) for folder in tried):
-            message = "compiling kernels (first run only, a minute or two)..."
+            message = "compiling kernels (first run only, a few minutes)..."
         else:
             message = (
-                "compiling kernels, a minute or two, on every run: no folder for the cache can be written "
+                "compiling kernels, a few minutes, on every run: no folder for the cache can be written "
                 f"(tried {', '.join(map(str, tried))}); set NUMBA_CACHE_DIR to one that can"
             )
         print(message, file=sys.stderr, flush=True)
