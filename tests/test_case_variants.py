@@ -228,3 +228,14 @@ def test_an_instrument_that_gzip_packed(capsys, name):
     assert packed.ids == plain.ids
     assert run(["instruments", f"cut.{name}.gz"]) == 2
     assert capsys.readouterr().err.endswith("is truncated: it ends before what it packs does\n")
+
+
+def test_more_obstacles_than_positioners(capsys):
+    """As in a small field of MOONS among its datum switches: the closest pair had the number of an obstacle."""
+    plane = fp.FocalPlane.load("seven.fits")
+    around = [np.array([[20.0 * np.cos(t), 20.0 * np.sin(t)]]) for t in np.arange(4.0)]
+    only = plane.subset([plane.index["R0C2"]])
+    only.replace(obstacles=tuple(fp.Obstacle(f"pin {k}", place, 1.0) for k, place in enumerate(around))).write("seven.fits")
+    code, out = planned(capsys, f"{HEAD}\n{GOOD}\n")
+    assert code == 0, out
+    assert "closest pair  R0C2 and obstacle pin " in out, out

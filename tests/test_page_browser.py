@@ -185,6 +185,7 @@ def test_play_runs_to_the_end_and_pauses(open_page):
     playwright.expect(clock).to_have_text(re.compile(r"^[1-9]\.\d\d s"))
     page.click("#play")
     assert page.locator("#play").inner_text() == "Play"
+    settle(page)  # the clock is drawn with the next frame
     held = clock.inner_text()
     page.wait_for_timeout(100)
     assert clock.inner_text() == held

@@ -30,7 +30,7 @@ def pair_bounds(plane: FocalPlane, certificate: Certificate) -> tuple[np.ndarray
     fixed = np.asarray(certificate.obstacle_pairs).reshape(-1, 2) * [1, -1] - [0, 1]
     pairs = np.concatenate([np.asarray(certificate.pairs).reshape(-1, 2), fixed])
     gaps = np.concatenate([certificate.clearance, certificate.obstacle_clearance])
-    movable = online[pairs[:, 0]] | ((pairs[:, 1] >= 0) & online[pairs[:, 1]])
+    movable = online[pairs[:, 0]] | ((pairs[:, 1] >= 0) & online[np.maximum(pairs[:, 1], 0)])
     return pairs[movable], gaps[movable]
 
 
