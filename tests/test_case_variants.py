@@ -233,9 +233,10 @@ def test_an_instrument_that_gzip_packed(capsys, name):
 def test_more_obstacles_than_positioners(capsys):
     """As in a small field of MOONS among its datum switches: the closest pair had the number of an obstacle."""
     plane = fp.FocalPlane.load("seven.fits")
-    around = [np.array([[20.0 * np.cos(t), 20.0 * np.sin(t)]]) for t in np.arange(4.0)]
+    around = [20.0 * np.array([[np.cos(t), np.sin(t)]]) for t in np.arange(4.0)]
+    pins = tuple(fp.Obstacle(f"pin {k}", place, 1.0) for k, place in enumerate(around))
     only = plane.subset([plane.index["R0C2"]])
-    only.replace(obstacles=tuple(fp.Obstacle(f"pin {k}", place, 1.0) for k, place in enumerate(around))).write("seven.fits")
+    only.replace(obstacles=pins).write("seven.fits")
     code, out = planned(capsys, f"{HEAD}\n{GOOD}\n")
     assert code == 0, out
     assert "closest pair  R0C2 and obstacle pin " in out, out
