@@ -35,8 +35,15 @@ collect_ignore_glob = (
 CASES_WITHOUT_COMPILER = 1  #: of each test, when kernels run some hundred times slower
 
 
+@pytest.hookimpl(tryfirst=True)  # before workers read the groups
 def pytest_collection_modifyitems(config, items):
-    """With NUMBA_DISABLE_JIT=1 only the first case of each parametrized test is run, of small tests every case."""
+    """Tests that share what their module sets up go to one worker, which sets it up once.
+
+    With NUMBA_DISABLE_JIT=1 only the first case of each parametrized test is run, of small tests every case.
+    """
+    for item in items:
+        if any(own[-1].scope == "module" for own in item._fixtureinfo.name2fixturedefs.values()):
+            item.add_marker(pytest.mark.xdist_group(item.path.name))
     if compiler.DISABLE_JIT:
         taken = Counter()
         dropped = []

@@ -18,7 +18,7 @@ from fiberplan.planners.direct.joint_nodes import joint_words
 from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length
 from fiberplan.planners.direct.pairs import find_clear_nodes, move_jointly, steps_alone
 from fiberplan.planners.direct.past_fixed import steps_past_fixed
-from fiberplan.planners.direct.repair import make_scratch
+from fiberplan.planners.direct.scratch import make_scratch
 from fiberplan.planners.direct.single import replan
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.scenes.decisive import exchange

@@ -32,7 +32,7 @@ ONLY_ON = {"direct-in-9-s": (exchange, from_folded, touching_goals, behind_posts
 CANNOT_EXCHANGE = {"elliptic-none", "roadmap", "roadmap-garages"}  #: neither of two comes past the other
 RESTS_BESIDE = "navigation-literal"  #: its goals, as printed
 CASES = [
-    pytest.param((variant, scene), id=f"{variant}-{scene.__name__}")
+    pytest.param((variant, scene), id=f"{variant}-{scene.__name__}", marks=pytest.mark.xdist_group(variant))
     for variant, (name, _) in VARIANTS.items()
     for scene in ONLY_ON.get(variant, SCENES)
     if scene is not four_bars or name in TAKES_FOUR_BARS

@@ -12,7 +12,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.reproductions import sayres2021
 from fiberplan.reproductions.rows import Row, mean, share, value
-from fiberplan.reproductions.sayres2021 import published, relief, tables, trials
+from fiberplan.reproductions.sayres2021 import figures, published, relief, tables, trials
 from fiberplan.reproductions.sayres2021.relief import relieve, replace_until_folded
 from fiberplan.reproductions.sayres2021.rules import CERTIFIED, LITERAL, RULES, SAMPLED
 from fiberplan.reproductions.sayres2021.trials import Trial, forward, sweep, turned
@@ -182,6 +182,11 @@ def test_sayres2021_on_three(drawn, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_sayres2021(tmp_path, capsys, monkeypatch):
+    """At two buffers of ten, with 0.3 deg as the finer step, and points farther apart where fibers are counted."""
+    for name, few in (("BUFFERS", [1.5, 3.0]), ("RELIEF_BUFFERS", [1.5, 3.0]), ("FINE_STEP", np.radians(0.3))):
+        monkeypatch.setattr(sayres2021, name, few)
+    for module in (tables, figures):
+        monkeypatch.setattr(module, "COVERAGE_STEP", 1.0)
     assert command(["reproduce", "sayres2021", "--trials", "2", "--json", "-o", str(tmp_path)]) == 0
     rows = json.loads(capsys.readouterr().out)
     ours = {row["quantity"]: row["ours"] for row in rows}
@@ -192,7 +197,7 @@ def test_sayres2021(tmp_path, capsys, monkeypatch):
     for figure in (10, 11, 12, 14, 15, 16):
         assert any(quantity.startswith(f"Fig. {figure}: ") for quantity in ours)
         assert (tmp_path / f"fig{figure}.png").stat().st_size > 10_000
-    for step in ("1 deg", "0.1 deg"):
+    for step in ("1 deg", "0.3 deg"):
         assert ours[f"motions with a contact at {step}, certified"] == 0.0
         assert ours[f"motions proven safe at {step}, certified"] == 1.0
     for rule in RULES:

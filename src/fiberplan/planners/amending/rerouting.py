@@ -20,12 +20,12 @@ from fiberplan.planners.direct.lattice import Lattice, make_lattice, step_length
 from fiberplan.planners.direct.repair import (
     SOLVED,
     Search,
-    make_scratch,
     make_search,
     note_all,
     place_each,
     repair,
 )
+from fiberplan.planners.direct.scratch import make_scratch
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.tolerances import NEAR as NEAR_MARGIN

@@ -19,7 +19,6 @@ from fiberplan.planners.direct.lattice import (
 from fiberplan.planners.direct.repair import (
     SOLVED,
     SPENT,
-    make_scratch,
     make_search,
     needed_alone,
     needed_past_fixed,
@@ -27,6 +26,7 @@ from fiberplan.planners.direct.repair import (
     place_each,
     repair,
 )
+from fiberplan.planners.direct.scratch import make_scratch
 from fiberplan.planners.shared.memory import refuse_large
 from fiberplan.planners.shared.threads import in_parts_at_once
 from fiberplan.problem import Problem

@@ -1,0 +1,104 @@
+"""Arrays that the repair works in, so that no step allocates; and what it keeps of where pairs clear each other."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiberplan.kernels.compile import leaf
+from fiberplan.planners.direct.lattice import Lattice
+from fiberplan.planners.direct.pairs import find_clear_nodes
+
+_MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs more is not moved jointly
+_MOST_TABLES = 12  # of where two clear each other: a few pairs are moved again and again
+
+TABLE = np.dtype(
+    (
+        np.record,
+        [
+            ("pair", "i8"),  # -1: none
+            ("steps", "i8"),
+            ("apart", "f8"),  # [mm]
+            ("used", "i8"),  # the larger, the later
+        ],
+    )
+)
+
+
+class Scratch(NamedTuple):
+    """Arrays to work in, so that no step allocates."""
+
+    price: np.ndarray  # (steps + 1, A, B) float32
+    cost: np.ndarray  # the same
+    turned_alone: np.ndarray  # (A, B) float32
+    bias: np.ndarray  # (B,) float32
+    row: np.ndarray  # (A,) uint64
+    blocked: np.ndarray  # (steps + 1, A) uint64
+    blocked_other: np.ndarray
+    trig: np.ndarray  # (A, B + 1, 2)
+    trig_other: np.ndarray
+    reach: np.ndarray  # (words,) uint64: joint nodes after each step
+    begins: np.ndarray  # (steps + 2,) where those of each step begin
+    turned: np.ndarray  # (2, A B A) uint64
+    clear: np.ndarray  # (tables, A B A) uint64: where pairs clear each other, of the pairs moved jointly last
+    clear_for: np.ndarray  # (tables,) TABLE: of which pair, and so on
+    end: np.ndarray  # (4,)
+
+
+def make_scratch(lattice: Lattice, before: Scratch | None = None) -> Scratch:
+    """Room for the largest lattice, and for the joint nodes of any pair up to a limit.
+
+    Of `reach` only what a pair needs is ever touched, so only that much memory is taken. What `before` knows of where
+    pairs clear each other stays known, if it is of the same lattices.
+    """
+    a, b, k = lattice.alpha.shape[1], lattice.beta.shape[1], lattice.steps + 1
+    word = np.uint64
+    tables = np.zeros(max(1, min(_MOST_TABLES, _MOST_WORDS // (2 * a * b * a))), TABLE)
+    tables["pair"] = -1
+    if before is not None and before.clear.shape == (len(tables), a * b * a):
+        clear, tables = before.clear, before.clear_for
+    else:
+        clear = np.empty((len(tables), a * b * a), word)
+    return Scratch(
+        price=np.empty((k, a, b), np.float32),
+        cost=np.empty((k, a, b), np.float32),
+        turned_alone=np.empty((a, b), np.float32),
+        bias=np.empty(b, np.float32),
+        row=np.empty(a, word),
+        blocked=np.empty((k, a), word),
+        blocked_other=np.empty((k, a), word),
+        trig=np.empty((a, b + 1, 2)),
+        trig_other=np.empty((a, b + 1, 2)),
+        reach=np.empty(min(_MOST_WORDS, k * a * b * a), word),
+        begins=np.empty(k + 1, np.int64),
+        turned=np.empty((2, a * b * a), word),
+        clear=clear,
+        clear_for=tables,
+        end=np.empty(4, np.int64),
+    )
+
+
+@leaf
+def table_for(arms, lattice, i, j, pair, apart, scratch, steps):
+    """Which of the tables in `scratch.clear` says where i and j clear each other by `apart` [mm]; filled if new.
+
+    One for more steps serves as well; one for a smaller clearance is filled on.
+    """
+    tables = scratch.clear_for
+    latest = mine = 0
+    for m in range(len(tables)):
+        latest = max(latest, tables[m].used)
+        if tables[m].used < tables[mine].used:
+            mine = m
+    again = False
+    for m in range(len(tables)):
+        here = tables[m]
+        fits = here.pair == pair and here.steps >= steps and here.apart <= apart
+        if fits and (not again or here.apart > tables[mine].apart):
+            mine, again = m, True
+    here = tables[mine]
+    here.used = latest + 1
+    if not again or here.apart < apart:
+        steps = here.steps if again else steps
+        here.pair, here.steps, here.apart = pair, steps, apart
+        find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, scratch.clear[mine], again)
+    return mine
