@@ -24,7 +24,7 @@ check: $(VENV)/.test
 	$(BIN)/repo-review . --show err
 
 bounds: $(VENV)/.test ## the planners' promises once with every array access checked; its compiled kernels are kept apart
-	NUMBA_BOUNDSCHECK=1 $(BIN)/pytest -q -n 2 --dist loadgroup tests/test_bounds.py # a planner is compiled once
+	NUMBA_OPT=1 NUMBA_BOUNDSCHECK=1 $(BIN)/pytest -q -n 2 --dist loadgroup tests/test_bounds.py # a planner is compiled once, and sooner
 
 mutants: $(VENV)/.test ## does a test notice every wrong kernel? 300 of them (OPTIONS=--sample=9999: all, an hour or more); goes on where it was stopped
 	nice $(BIN)/python tests/mutants.py $(OPTIONS)
