@@ -112,6 +112,9 @@ def test_a_table_that_says_who_is_online_switches_the_others_off(capsys):
         code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", name)
         assert code == 0
         assert "offline, as --offline says: R0C3\n" in out
+    code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", " ,")
+    assert code == 2
+    assert "--offline ' ,': it names nobody" in out
     for name in ("off.ecsv", "gone.csv"):
         Path(name).unlink(missing_ok=True)
         code, out = planned(capsys, f"{HEAD}\n{GOOD}\n", "--offline", name)

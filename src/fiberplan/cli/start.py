@@ -61,6 +61,8 @@ def _names(plane: "FocalPlane", text: str) -> list[str]:
     from fiberplan.tables.wording import nearest
 
     names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names:
+        raise FiberplanError(f"--offline '{text}': it names nobody")
     path = Path(text)
     unknown = [name for name in names if name not in plane.names]
     if unknown and not path.is_file():
