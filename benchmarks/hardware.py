@@ -119,6 +119,8 @@ def exports(name: str, seeds: range, data: Path) -> None:
         print(f"  seed {seed}: {free}; {int(free.kept - plan.kept)} more lost; {said}", flush=True)
     proven = len(longer)
     print(f"{name}: {proven} of {len(seeds)} certified as executed at {case.margin:g} mm less {ALLOWANCE:g}")
+    for line in refused[:3]:
+        print(f"  {line[:300]}")
     if not proven:
         return
     times = [int(note.split()[1]) for note in asked]
@@ -133,8 +135,6 @@ def exports(name: str, seeds: range, data: Path) -> None:
     )
     if counts[0]:
         print(f"  points of a robot, median of medians: {np.median(counts, axis=0).tolist()} (busier axis, both axes)")
-    for line in refused[:3]:
-        print(f"  {line[:300]}")
 
 
 def _points(path: Path) -> tuple[float, ...]:

@@ -1,5 +1,7 @@
 """Targets of PFS' cobras: phases that are safe whatever the speeds, and the proof that leaves speeds open."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ import fiberplan as fp
 from fiberplan.certificates.any_speed import contacts_at_any_speed
 from fiberplan.errors import PlanError, TrajectoryError, UnprovenError
 from fiberplan.hardware import pfs
+from fiberplan.hardware.pfs.waiting import without_waiting
+from fiberplan.scenes.uniform import uniform_field
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +100,54 @@ def test_bytes_in_which_both_turn_out_at_once_are_not_left_behind(tmp_path, seve
     with pytest.raises(UnprovenError, match=r"not safe: 1 contacts \(margin 0.05 mm\): 3 and 4 at"):
         pfs.write(plan, tmp_path / "t.csv")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("seed", [16, 25, 123])
+def test_who_can_turn_out_neither_before_nor_after_another_turns_theta_with_phi_out(tmp_path, seven, seed):
+    start, end = (uniform_field(seven, k, 0.1) for k in (2 * seed, 2 * seed + 1))
+    motion = fp.Trajectory.from_samples(np.array([0.0, 20.0]), np.array([start, end]))
+    plan = fp.Plan(fp.Problem(seven, start, end, 0.1), motion, (fp.Outcome.ARRIVED,) * 7, "by hand")
+    done = pfs.write(plan, tmp_path / "t.csv")
+    assert done.facts["iterations"] > 3
+    places = [start, *pfs.iterations(plan, 0.05, np.zeros(7))]
+    assert (places[-1] == end).all()
+    for before, after in pairwise(places):
+        assert not contacts_at_any_speed(seven, before, after, 0.05, np.zeros(7))
+    out = np.array([np.minimum(a[:, 1], b[:, 1]) for a, b in pairwise(places)]) > np.radians(60.0)
+    assert (out & (np.diff([place[:, 0] for place in places], axis=0) != 0)).any()
+
+
+def test_an_elbow_turns_out_of_the_way(tmp_path):
+    """Of two cobras one is in already, but its elbow stands where the other would turn phi in."""
+    plane = fp.FocalPlane.load("pfs")
+    two = plane.subset(np.array([plane.index["978"], plane.index["980"]]), np.array([], np.int64))
+    ends = {"978": (169.564, 10.852), "980": (355.103, 177.45)}, {"978": (100.0, 20.0), "980": (241.117, 31.682)}
+    done = pfs.write(by_ends(two, *ends), tmp_path / "t.csv")
+    assert done.certificate.ok
+    first, second = (done.executed.trajectory.at(t) for t in done.executed.trajectory.knots(1)[0][:2])
+    assert first[0, 0] != second[0, 0]
+    assert first[1, 1] == second[1, 1]
+
+
+def test_nobody_waits_for_those_far_off(seven):
+    """Turns of two that are far apart go at once; neighbours that would meet turn one after the other, in order."""
+    two = seven.subset([seven.index[k] for k in ("1", "2")])
+    far = two.replace(base=two.base + [[0.0, 0.0], [100.0, 0.0]])
+    out = [two.folded.copy() for _ in range(3)]
+    for places, who in zip(out, ([], [0], [0, 1]), strict=True):
+        places[who] = np.radians([[0.0, 170.0], [180.0, 170.0]])[who]
+    assert [len(without_waiting(plane, out, 0.1, np.zeros(2))) for plane in (far, two)] == [1, 2]
+    np.testing.assert_array_equal(without_waiting(two, out, 0.1, np.zeros(2)), out[1:])
+
+
+def test_who_cannot_get_out_is_named(tmp_path, seven):
+    pins = [
+        fp.Obstacle(f"pin {k}", seven.base[[0]] + 3.6 * np.array([[np.cos(t), np.sin(t)]]), 0.25)
+        for k, t in enumerate(np.radians(np.arange(0.0, 360.0, 30.0)))
+    ]
+    plane = seven.replace(obstacles=tuple(pins))
+    with pytest.raises(PlanError, match=rf"positioners '{plane.ids[0]}' cannot turn phi out past each other"):
+        pfs.write(by_ends(plane, {}, {plane.ids[0]: (17.5, 175.0)}), tmp_path / "t.csv")
 
 
 def test_too_many_iterations_are_refused(tmp_path, seven, monkeypatch):

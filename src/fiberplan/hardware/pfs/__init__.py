@@ -3,7 +3,8 @@
 A file is a CSV table with the columns of ``cobra_target``, and theta and phi [deg] of each iteration beside. Facts from
 public code and documents of the instrument's team; not verified on hardware.
 
-- `encode`: from the ends of a plan to iterations: phi in, theta, phi out, one after the other where need be
+- `encode`: from the ends of a plan to iterations: phi in, theta, phi out
+- `withdrawing`: who turns in after whom; `waiting`: nobody waits for those far off
 - `decode`: from a table to the motion it causes, and the proof that leaves speeds open
 """
 
@@ -43,7 +44,7 @@ def write(
         the proof; cobras and iterations as facts.
 
     Raises:
-        PlanError: arms of another kind, two that cannot pass each other so, more than 12 iterations, a motion that is
+        PlanError: arms of another kind, some that cannot get past each other so, more than 12 iterations, a motion that is
             not proven, or a file that cannot be written.
     """
     plane, file, problem = plan.problem.plane, Path(path), plan.problem
