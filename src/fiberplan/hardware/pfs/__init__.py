@@ -44,8 +44,8 @@ def write(
         the proof; cobras and iterations as facts.
 
     Raises:
-        PlanError: arms of another kind, some that cannot get past each other so, more than 12 iterations, a motion that is
-            not proven, or a file that cannot be written.
+        PlanError: arms of another kind, some that cannot get past each other so, more than 12 iterations, a motion that
+            is not proven, or a file that cannot be written.
     """
     plane, file, problem = plan.problem.plane, Path(path), plan.problem
     if plane.kinematics.has_avoidance:

@@ -21,7 +21,7 @@ Algorithm                                                             here
  6    p = a random pair of C; i, j = its arms, in random order
  7    if p has been tried more than 8 times: paths of i and j         `repair._join`, `pairs.move_jointly`: all joint
         jointly, clear of each other and of the others; then of         nodes (a, b, a', b') that can be reached after
-        fewer and fewer of those that could make room                   each step (`joint_nodes`)
+        fewer and fewer of those that could make room                   each step (`joint_nodes`, kept in `scratch`)
  8      if there are none: K = what i and j need with nobody else     `pairs.steps_alone` (the pair bound, an estimate),
           there; if that is more than allowed, one goal is given up     `search.DirectSearch._lengthen_for`
  9    else path of i = the one of least sum over k of                 `single.replan`: dynamic programming over
