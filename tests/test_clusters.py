@@ -6,7 +6,7 @@ import pytest
 import fiberplan as fp
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct import untangle
-from fiberplan.planners.direct.contacts import contacts_of_all
+from fiberplan.planners.direct.contacts import find_contacts
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.shortcuts import arrivals, hurried
 from fiberplan.planners.direct.trim import as_trajectory
@@ -27,7 +27,8 @@ def contacts(search, path, limit):
     """How many pairs touch on a path."""
     touching = np.zeros(len(search.pairs), np.int64)
     lattice = search.lattice._replace(path=path)
-    contacts_of_all(search.plane.arms, lattice, search.pairs, limit, path.shape[1] - 1, touching)
+    every = np.arange(len(touching))
+    find_contacts(search.plane.arms, lattice, search.pairs, every, limit, path.shape[1] - 1, touching)
     return int((touching > 0).sum())
 
 

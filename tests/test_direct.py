@@ -261,7 +261,7 @@ def test_ctrl_c_gives_the_best_so_far(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "name", ["repair", "place_each", "contacts_of_all", "untangled", "lengthened", "make_scratch", "refined"]
+    "name", ["repair", "place_each", "find_contacts", "untangled", "lengthened", "make_scratch", "refined"]
 )
 def test_ctrl_c_at_any_moment(name, monkeypatch):
     """Before or after any of the things that the search does, for the first and second time."""

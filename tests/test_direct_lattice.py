@@ -13,7 +13,7 @@ from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance
 from fiberplan.kernels.compile import kernel
 from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions
-from fiberplan.planners.direct.contacts import contacts_of_all, steps_in_contact
+from fiberplan.planners.direct.contacts import find_contacts, steps_in_contact
 from fiberplan.planners.direct.joint_nodes import joint_words
 from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length
 from fiberplan.planners.direct.pairs import find_clear_nodes, move_jointly, steps_alone
@@ -361,7 +361,7 @@ def test_all_contacts_and_knots():
     for k in range(21):
         lattice.path[:2, k] = start + min(k, 10) / 10 * (goal - start)
     contacts = np.zeros(1, np.int64)
-    contacts_of_all(plane.arms, lattice, np.array([[0, 1]]), SLACK, 20, contacts)
+    find_contacts(plane.arms, lattice, np.array([[0, 1]]), np.arange(1), SLACK, 20, contacts)
     assert contacts[0] > 0
     motion = as_trajectory(lattice.path, 0.5)
     np.testing.assert_array_equal(np.diff(motion.offsets), [2, 2])

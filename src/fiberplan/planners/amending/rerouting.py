@@ -15,7 +15,7 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.planners.amending.subarray import patch_around, with_part
-from fiberplan.planners.direct.contacts import contacts_of_all
+from fiberplan.planners.direct.contacts import find_contacts
 from fiberplan.planners.direct.lattice import Lattice, make_lattice, step_length
 from fiberplan.planners.direct.repair import (
     SOLVED,
@@ -137,9 +137,9 @@ class _Attempt:
         """Everybody's motion and which positioners it changes, if `most` replans find paths that are proven."""
         lattice, search, arms, patch = self._lattice, self._search, self._patch.plane.arms, self._patch
         scratch = make_scratch(lattice)
-        first = np.flatnonzero(patch.who == amended)
+        first, every = np.flatnonzero(patch.who == amended), np.arange(len(self._pairs))
         place_each(arms, self._near, lattice, search, scratch, first, lattice.steps)
-        contacts_of_all(arms, lattice, self._pairs, self._limit, lattice.steps, search.contacts)
+        find_contacts(arms, lattice, self._pairs, every, self._limit, lattice.steps, search.contacts)
         for _ in range(_PROOFS):
             note_all(search)
             for _ in range(0, most, _CHUNK):

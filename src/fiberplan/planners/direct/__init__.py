@@ -16,7 +16,7 @@ Algorithm                                                             here
       that counts as its goal is tried, then the goal is given up,      `narrow.goes_elsewhere`,
       and those that leave it no place where it is shut in              `narrow.crowding_out`
  3  each positioner on its cheapest path, as if alone                 `repair.place_each`
- 4  C = pairs in contact, in continuous time                          `contacts.contacts_of_all`
+ 4  C = pairs in contact, in continuous time                          `contacts.find_contacts`
  5  until C is empty:                                                 `search.DirectSearch.run`, `repair.repair`
  6    p = a random pair of C; i, j = its arms, in random order
  7    if p has been tried more than 8 times: paths of i and j         `repair._join`, `pairs.move_jointly`: all joint

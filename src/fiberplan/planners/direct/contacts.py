@@ -89,9 +89,9 @@ def all_contacts(arms, lattice, i, j, pair, limit, steps):
 
 
 @kernel
-def contacts_of_all(arms, lattice, pairs, limit, steps, contacts):
-    """Fill `contacts` (pairs,): in how many steps each pair touches; pairs of which none moves are left alone."""
-    for p in range(len(pairs)):
+def find_contacts(arms, lattice, pairs, which, limit, steps, contacts):
+    """Fill `contacts` (pairs,) at pairs `which` (m,): in how many steps they touch; none if neither moves."""
+    for p in which:
         i, j = pairs[p, 0], pairs[p, 1]
         contacts[p] = 0
         if not (lattice.fixed[i] and lattice.fixed[j]):

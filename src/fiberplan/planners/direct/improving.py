@@ -18,7 +18,7 @@ _LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least th
 _SHORTCUTS = 60  # for each of those that hurry together
 _IN_VAIN = 200  # times that one who arrives last hurries, before that is given up
 _MOST_TOGETHER = 5  # who hurry
-_HURRIES = 4000  # in all: a second or two
+_MOST_SHORTCUTS = 100_000  # in all: a few seconds
 _GROWTH = 0.03  # of the steps, the first time; as much more every time
 _PART = 0.8  # of the clearance at rest, that arms which are late keep
 _LATEST = 2.0  # times as many steps as without, for arms that may be late, at most
@@ -46,7 +46,7 @@ def shorten(search: DirectSearch, proceed: Callable[[], bool]) -> None:
 def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:
     """Let those that arrive last arrive sooner, by shortcuts of theirs and of those that are in their way."""
     path, state = search.lattice.path[:, : search.steps + 1].copy(), search.search.state
-    in_vain, refused, hurries = np.zeros(len(path), np.int64), np.zeros(len(path), np.int64), 0
+    in_vain, refused, tried = np.zeros(len(path), np.int64), np.zeros(len(path), np.int64), 0
     in_the_way: dict[int, Counter[int]] = {}  # how often who refused shortcuts of whom
     while True:
         arrival = arrivals(path)
@@ -57,13 +57,13 @@ def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:
         late = np.flatnonzero(arrival == last)
         if last <= search.least_steps or in_vain[late].max() > _IN_VAIN or not proceed():
             return
-        hurries += len(late)
-        if hurries > _HURRIES:
+        if tried > _MOST_SHORTCUTS:
             return
         for i in late.tolist():
             known = in_the_way.setdefault(i, Counter())
             together = np.array([i, *_some_of(known, int(in_vain[i]) % _MOST_TOGETHER, search)])
             tries = _SHORTCUTS * len(together)
+            tried += tries
             hurried(search.plane, search.near, path, together, search.limit, search.duration, tries, state, refused)
             for j in {int(j) for member in together for j in search.near.around(member)}:
                 if not search.lattice.fixed[j] and j != i:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fiberplan.arrays import read_only
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.planners.direct.contacts import contacts_of_all
+from fiberplan.planners.direct.contacts import find_contacts
 from fiberplan.planners.direct.lattice import (
     MOST_STEPS,
     Lattice,
@@ -16,6 +16,7 @@ from fiberplan.planners.direct.lattice import (
     refined,
     step_length,
 )
+from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.repair import (
     SOLVED,
     SPENT,
@@ -82,6 +83,7 @@ class Paths:
         self.fineness = np.zeros(plane.n, np.int64)  #: of everybody's lattice
         self.widest_turn = float(np.nanmax(np.diff(self.lattice.alpha, axis=1), initial=0.0))  #: of an alpha [rad]
         self._scratch = make_scratch(self.lattice)
+        self._barred: dict[int, float] = {}  # pairs without a path past each other at this clearance [mm]
         self.search = make_search(plane.n, len(self.pairs), self.limit, seed)
 
     @property
@@ -115,16 +117,17 @@ class Paths:
             in_parts_at_once(self._place_alone, who)
         else:
             place_each(self._arms, self.near, self.lattice, self.search, self._scratch, who, self.steps)
-        self.update_contacts()
+        self.update_contacts(who)
 
     def _place_alone(self, who: np.ndarray) -> None:
         """Put positioners `who` (m,) on their cheapest paths as if nobody else were there, wherever others are put."""
         nobody = self.near._replace(offsets=read_only(np.zeros_like(self.near.offsets), np.int64))
         place_each(self._arms, nobody, self.lattice, self.search, make_scratch(self.lattice), who, self.steps)
 
-    def update_contacts(self) -> None:
-        """Find all pairs that touch."""
-        contacts_of_all(self._arms, self.lattice, self.pairs, self.limit, self.steps, self.search.contacts)
+    def update_contacts(self, who: np.ndarray | None = None) -> None:
+        """Find all pairs that touch, or which of those of arms `who` (m,) do, the only ones with new paths."""
+        which = np.arange(len(self.pairs)) if who is None else np.flatnonzero(np.isin(self.pairs, who).any(axis=1))
+        find_contacts(self._arms, self.lattice, self.pairs, which, self.limit, self.steps, self.search.contacts)
         note_all(self.search)
 
     def repair(self, most: int) -> int:
@@ -142,10 +145,19 @@ class Paths:
         return np.asarray(needed_past_fixed(arms, self.near, self.lattice, who, self._scratch, self.limit, most))
 
     def needed_alone(self, pair: int) -> int:
-        """Steps that a pair needs past each other and what never moves, as `pairs.steps_alone` says."""
+        """Steps that a pair needs past each other and what never moves, as `pairs.steps_alone` says.
+
+        Who has no path has none at larger clearances either, so that is asked once of the same lattices.
+        """
+        apart = float(self.search.joint_limits[pair])
+        if apart >= self._barred.get(pair, np.inf):
+            return -1
         arms, near, lattice, scratch = self._arms, self.near, self.lattice, self._scratch
         most = self.most_steps
-        return int(needed_alone(arms, near, lattice, self.pairs, self.search, scratch, pair, self.limit, most))
+        need = int(needed_alone(arms, near, lattice, self.pairs, self.search, scratch, pair, self.limit, most))
+        if need < 0 and need != UNKNOWN:
+            self._barred[pair] = apart
+        return need
 
     def lengthen(self, steps: int) -> None:
         """Let there be so many steps, if there are fewer."""
@@ -172,6 +184,7 @@ class Paths:
         path = solution.lattice.path[:, : steps + 1].copy()
         self.lattice = solution.lattice._replace(path=path)
         self.search.held[:] = self.search.tries[:] = 0
+        self.search.contacts[:] = 0  # of a solution
         late = ~np.isnan(self.goal[:, 0]) & (path[: self.plane.n, -1] != self.goal).any(axis=1)
         self.place(np.flatnonzero(late))
 
@@ -217,8 +230,13 @@ class Paths:
         self._scratch = make_scratch(self.lattice)
         search = self.search
         mine = np.isin(self.pairs, who).any(axis=1)
+        self._unbar(who)
         search.limits[mine] = search.joint_limits[mine] = self.limit
         search.tries[mine] = search.joined[mine] = search.needs[mine] = 0
+
+    def _unbar(self, who: np.ndarray) -> None:
+        """Forget which pairs of arms `who` (m,) have no path: their lattices, or goals, are others now."""
+        self._barred = {pair: apart for pair, apart in self._barred.items() if not np.isin(self.pairs[pair], who).any()}
 
     def start_afresh(self) -> None:
         """Forget what only made sense with fewer steps: clearances that were raised, and half of the weights."""
@@ -239,5 +257,6 @@ class Paths:
                 self.given_up.setdefault(i, blockers)
             return
         self.given_up.setdefault(i, blockers)
+        self._unbar(np.array([i]))
         self.goal[i] = np.nan
         lattice.last[i] = -1

@@ -122,7 +122,7 @@ class DirectSearch(Paths):
             self.lattice.path[members] = np.concatenate([path, at_rest]).swapaxes(0, 1)
             search.held[members] = _HELD
         if taken:
-            self.update_contacts()
+            self.update_contacts(np.array(sorted(taken)))
         return len(taken)
 
     def _lengthen_for(self, pair: int) -> None:
