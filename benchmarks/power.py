@@ -55,7 +55,8 @@ def petal(seeds: range, data: Path) -> None:
         print(
             f"  desi, seed {seed}: {facts['the same without waiting']} before, "
             f"{facts[desi.MOST]} after, {facts['wait for power']} wait; {length:.2f} s, "
-            f"{again.trajectory.duration - length:.2f} s longer; {done.certificate}; "
+            f"{again.trajectory.duration - length:.2f} s longer (at least {facts[desi.LEAST]:.2f} s); "
+            f"{done.certificate}; "
             f"{more - cpu:.2f} s of CPU beside {cpu:.2f} s of the export",
             flush=True,
         )

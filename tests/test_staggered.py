@@ -37,6 +37,16 @@ def test_of_two_robots_one_begins_when_the_other_is_done():
     assert str(made).startswith("1 of 2 begin later, 2.000 s longer (at least 2.000 s); share that moves at once: a 1.")
 
 
+def test_long_ones_of_which_too_many_must_overlap():
+    """Moving times of 9 s fit twice into 4.5 s, but within less than 6 s all three overlap in the middle."""
+    made = delayed(turning(3.0, 3.0, 0.5, 0.5), plane_of(4), ("a",) * 4, 0.25)
+    assert made.at_least == made.longer == 4.0
+    made = delayed(turning(3.0, 3.0, 3.0), plane_of(3), ("a",) * 3, 2 / 3)
+    assert made.ok
+    assert made.longer == pytest.approx(3.0)
+    assert made.at_least == pytest.approx(3.0, abs=1e-3)  # the sum of moving times leaves 1.5 s
+
+
 def test_supplies_that_have_enough_are_left_alone():
     motion = turning(2.0, 2.0)
     for supplies, share in ((("a", "b"), 0.5), (("a", "a"), 1.0)):

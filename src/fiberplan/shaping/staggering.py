@@ -22,6 +22,7 @@ from fiberplan.shaping.supply_load import Stretches, most_at_once, numbered, str
 
 _FINE = 0.02  # of the least time: the motion gets longer than it must by no more than such steps ...
 _MOST = 1.2  # ... and never so much
+_NEAR = 1e-4  # [s] to which the least time is known
 _SAME = 1e-9  # of a robot: rounding of averages
 
 
@@ -37,7 +38,7 @@ class Staggered(Frozen):
     after: Mapping[str, float]  #: as it is
     allowed: Mapping[str, float]  #: as it may be: the share that was asked for, but one robot may always move
     longer: float  #: than the given motion [s]
-    at_least: float  #: whatever begins when: moving times, added up, leave no less [s]
+    at_least: float  #: whatever begins when, even if nobody were in the way of anybody [s]
 
     @property
     def over(self) -> tuple[str, ...]:
@@ -116,8 +117,11 @@ def staggered(
     if hurry and plane.max_acceleration is None and plane.min_speed is None:
         motions.append(hurried(trajectory, plane))
     shortest = stretches_of(motions[-1])
-    least = max((_shortest(shortest.of(supply == k), limit, window) for k, limit in enumerate(limits)), default=0.0)
-    least = max(trajectory.duration, least)
+    least = trajectory.duration
+    for k, limit in enumerate(limits):
+        least = max(least, _shortest(shortest.of(supply == k), limit, window))
+        if window == 0.0 and len(motions) == 1:
+            least = _with_room(moves.of(supply == k), limit, least)
 
     def loads(made: Trajectory) -> np.ndarray:
         parts = stretches_of(made)
@@ -143,7 +147,7 @@ def staggered(
                 made, after, begins = moved, now, found
             return bool((now <= limits + _SAME).all())
 
-        _shorten(within, least)
+        _shorten(within, least + _NEAR)
     movers = np.maximum(1, count)
     was, is_, may_be = (
         FrozenDict(zip(names, shares.tolist(), strict=True))
@@ -200,3 +204,28 @@ def _shortest(moves: Stretches, limit: float, window: float) -> float:
         return total / limit
     whole = np.floor(total / (limit * window))
     return float(whole * window + (total - whole * limit * window) / len(np.unique(moves.owner)))
+
+
+def _with_room(moves: Stretches, limit: float, least: float) -> float:
+    """No motion is shorter, in which at most `limit` robots move at any moment: `least` [s], or more.
+
+    In the time that there is a robot cannot but move between its latest begin and its earliest end, if these overlap.
+    """
+    if not len(moves.owner):
+        return least
+    last = np.zeros(moves.owner.max() + 1)
+    last[moves.owner] = moves.end
+
+    def fits(horizon: float) -> bool:
+        begin = moves.begin + (horizon - last[moves.owner])
+        must = begin < moves.end
+        forced = Stretches(moves.owner[must], begin[must], moves.end[must])
+        return most_at_once(forced, horizon, 0.0) <= limit
+
+    if fits(least):
+        return least
+    short, long = least, 2.0 * float(last.max())  # in which nobody has to
+    while long - short > _NEAR:
+        middle = 0.5 * (short + long)
+        short, long = (short, middle) if fits(middle) else (middle, long)
+    return short

@@ -17,7 +17,7 @@ from fiberplan.tolerances import RANGE
 
 
 class Stretches(NamedTuple):
-    """When robots move, sorted by robot and time; one stretch begins where another ends if speeds change there."""
+    """When robots move, from rest to rest, sorted by robot and time."""
 
     owner: np.ndarray  #: (m,)
     begin: np.ndarray  #: (m,) [s]
@@ -35,8 +35,10 @@ class Stretches(NamedTuple):
 def stretches_of(trajectory: Trajectory) -> Stretches:
     """When robots move."""
     owner, times = trajectory.owner, trajectory.times
-    turns = (np.abs(np.diff(trajectory.angles, axis=0)) > RANGE).any(axis=1) & (owner[1:] == owner[:-1])
-    return Stretches(owner[1:][turns], times[:-1][turns], times[1:][turns])
+    turns = np.zeros(len(times) + 1, bool)  # from the knot before each to it
+    turns[1:-1] = (np.abs(np.diff(trajectory.angles, axis=0)) > RANGE).any(axis=1) & (owner[1:] == owner[:-1])
+    begins, ends = turns[1:] & ~turns[:-1], turns[:-1] & ~turns[1:]
+    return Stretches(owner[begins], times[begins], times[ends])
 
 
 def most_at_once(moves: Stretches, duration: float, window: float) -> float:

@@ -42,7 +42,8 @@ __all__ = ["accepts", "motors_of", "prove", "read", "with_goals", "with_limits",
 CRUISE = 59_400 / (46 / 14 + 1) ** 4  #: of rotary motors [deg/s]
 PART = 0.8  #: of cruise speed, at which there is room for most rows
 
-MOST = "of the units of a supply that move, at once"  #: fact of tables that wait for power: largest shares by supply
+MOST = "of a supply's moving units, at once"  #: fact of tables that wait for power: largest shares
+LEAST = "seconds longer for power, at least"  #: likewise: even if nobody were in the way of anybody
 
 FASTEST = 180_000 / (46 / 14 + 1) ** 4  #: of all motors: linear phi, 30,000 rpm over the gear [deg/s]
 
@@ -94,6 +95,8 @@ def write(
         made, spread = powered(plan, motors_plane, made, does, motors.supplies, power, margin)
         shares = {
             "wait for power": int(np.count_nonzero(spread.delay)),
+            "seconds longer for power": round(spread.longer, 3),
+            LEAST: round(spread.at_least, 3),
             MOST: {name: round(share, 3) for name, share in spread.after.items()},
             "the same without waiting": {name: round(share, 3) for name, share in spread.before.items()},
         }
