@@ -108,10 +108,11 @@ class Delays:
         costs = np.zeros(delays)
         for a, b in own:
             costs += price[b : b + delays] - price[a : a + delays]
-        edges = np.unique(np.linspace(0, delays, _LOOKS + 1).astype(np.int64))
-        for a, b in itertools.pairwise(edges.tolist()):
-            best = int(b - 1 - np.argmin(costs[a:b][::-1]))  # of those as good the longest
-            yield float(costs[best]), best, path
+        part = -(-delays // _LOOKS)
+        parts = np.full(part * -(-delays // part), np.inf)
+        parts[:delays] = costs[::-1]  # the first of those as good is the longest delay
+        best = delays - 1 - np.arange(0, len(parts), part) - np.argmin(parts.reshape(-1, part), axis=1)
+        yield from zip(costs[best].tolist(), best.tolist(), itertools.repeat(path), strict=False)
 
     def _group(self, i: int, path: int, later: int) -> dict[int, Begin]:
         """How the robot and those begin that have to be delayed along with it [ms]; nobody if that cannot be.
