@@ -218,6 +218,8 @@ def test_a_dense_field_is_spread_over_its_supplies(field, window):
         ({"window": -1.0}, "window must be a time of 0 s or more, got -1"),
         ({"supplies": ("a",)}, "1 supplies for 2 positioners"),
         ({"margin": -1.0}, "margin must be a length"),
+        ({"position_error": [0.1, np.nan]}, "position error must be one length of 0 mm or more, or 2"),
+        ({"position_error": [0.1] * 3}, "position error must be one length of 0 mm or more, or 2"),
         ({"plane": FAR}, "the motion has 2 positioners, the focal plane 4"),
     ],
 )

@@ -107,6 +107,9 @@ def staggered(
     if not 0.0 < share <= 1.0:
         raise TrajectoryError(f"share must be above 0 and at most 1, got {share:g}")
     window, margin = time_window(window), not_negative(margin, "mm", "margin", TrajectoryError)
+    error = read_only(position_error, unit="mm", name="position error", error=TrajectoryError)
+    if error.shape not in ((), (plane.n,)) or not (np.isfinite(error) & (error >= 0.0)).all():
+        raise TrajectoryError(f"position error must be one length of 0 mm or more, or {plane.n}")
     names, supply = numbered(supplies, plane.n)
     moves = stretches_of(trajectory)
     count = np.bincount(supply[np.unique(moves.owner)], minlength=len(names))
@@ -130,8 +133,9 @@ def staggered(
     before = loads(trajectory)
     made, after, begins = trajectory, before, [Begin(0, 0)] * plane.n
     if (before > limits + _SAME).any():
-        error = np.broadcast_to(read_only(position_error, unit="mm", name="position error"), (plane.n,))
-        pairs = DelayedPairs(plane, motions, np.isin(np.arange(plane.n), moves.owner), margin, error)
+        pairs = DelayedPairs(
+            plane, motions, np.isin(np.arange(plane.n), moves.owner), margin, np.broadcast_to(error, (plane.n,))
+        )
         whole = window >= least  # then only the motion's length counts; it is spread evenly all the same
         aim = np.maximum(1.0, np.floor(limits)) if whole else limits
         every = side_by_side(motions)
