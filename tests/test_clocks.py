@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fiberplan.certificates import verify
-from fiberplan.certificates.clocks import box_bound, judge_clocks
+from fiberplan.certificates.clocks import at_any_moments, box_bound, judge_clocks
 from fiberplan.certificates.path import as_motion
 from fiberplan.focal_plane.bodies import Body
 from references import make_plane, motion_of, sampled_clearance
@@ -72,3 +72,25 @@ def test_bounds_hold_for_boxes_and_motions_of_all_kinds():
         at = [motion.sampled(moments)[k] for k, moments in enumerate((c + d, c - d))]
         assert bound <= sampled_clearance(plane, 0, 1, *at).min() - 0.15 + 1e-9
     assert near > 5
+
+
+def test_at_any_two_moments_against_all_of_them():
+    """What is shown holds on a grid of moments of both; a pair that meets at some is never shown, nor without looks."""
+    rng, pairs, errors = np.random.default_rng(2), np.array([[0, 1]]), np.array([0.1, 0.05])
+    seen = {True: 0, False: 0}
+    for _ in range(20):
+        plane = make_plane([[0, 0], rng.uniform(4, 14, 2)], [Body(rng.uniform(-2, 10, (2, 2)), 0.5)], max_speed=1e3)
+        angles = np.cumsum(rng.normal(0.0, 0.6, (2, 4, 2)), axis=1)
+        motion = motion_of(*(np.column_stack([[0.0, 1.0, 1.5, 4.0], own]).tolist() for own in angles))
+        path = as_motion(plane.arms, motion)
+        (shown,) = at_any_moments(plane.arms, path, pairs, errors, 0.2, 4000)
+        moments = np.linspace(0.0, 4.0, 40)
+        first, second = (
+            own.repeat(40, axis=0) if k == 0 else np.tile(own, (40, 1)) for k, own in enumerate(motion.sampled(moments))
+        )
+        worst = sampled_clearance(plane, 0, 1, first, second).min() - 0.15
+        seen[bool(shown)] += 1
+        assert not (shown and worst < 0.2)
+        assert shown or worst < 0.7
+        assert not at_any_moments(plane.arms, path, pairs, errors, 0.2, 0)[0]
+    assert min(seen.values()) > 3

@@ -50,6 +50,10 @@ def export(
     tail: Annotated[
         bool | None, typer.Option("--tail/--no-tail", help="Back and forth in creep at the end (desi).")
     ] = None,
+    power: Annotated[
+        float | None,
+        typer.Option(metavar="SHARE", help="Of a supply's moving units, at most so many move at once (desi).", min=0.0),
+    ] = None,
     latency: Annotated[
         float | None, typer.Option(metavar="S", help="Units' clocks may be off by this; 0.02 if not given (moons).")
     ] = None,
@@ -63,8 +67,8 @@ def export(
     and nothing is written.
     """
     refuse_unwritable(_output(to, output), inputs=(plan, calibration))
-    options = {"allowance": allowance, "delay": delay, "calibration": calibration, "tail": tail, "latency": latency}
-    options |= {"visit": visit, "config": config}
+    options = {"allowance": allowance, "delay": delay, "calibration": calibration, "tail": tail}
+    options |= {"power": power, "latency": latency, "visit": visit, "config": config}
     given = {name: value for name, value in options.items() if value is not None}
     with working("exporting"):
         from fiberplan.plan import Plan

@@ -1,4 +1,4 @@
-"""What a focal-plane file of DESI says of its motors: by which bus each is reached, and which phi has a linear one."""
+"""What a focal-plane file of DESI says of its motors: bus and power supply of each, and which phi has a linear one."""
 
 import os
 from pathlib import Path
@@ -8,12 +8,16 @@ from fiberplan.errors import InstrumentError
 from fiberplan.instruments.desi import focal_plane_file
 from fiberplan.tables.ecsv import read_ecsv
 
+FIRST_SUPPLY = frozenset(f"can{bus}" for bus in (10, 11, 13, 22, 23, *range(30, 36), *range(39, 43)))
+"""Buses of a petal that its supply V1 feeds, V2 the others; from the public code of the instrument's team."""
+
 
 class Motors(NamedTuple):
     """The motors of a focal plane, by device id."""
 
     buses: dict[str, tuple[int, str]]  #: number and bus on which controllers know it
     linear: frozenset[str]  #: those whose phi has a linear motor
+    supplies: dict[str, str]  #: petal and name of the power supply
 
 
 def motors_of(path: str | os.PathLike | None) -> Motors:
@@ -23,12 +27,12 @@ def motors_of(path: str | os.PathLike | None) -> Motors:
         InstrumentError: no such file, or a column that lacks.
     """
     if path is None:
-        return Motors({}, frozenset())
+        return Motors({}, frozenset(), {})
     file = focal_plane_file(Path(path))
     if file is None:
         raise InstrumentError(f"{path}: is no fp-*.ecsv of DESI, nor a folder that has one")
     table = read_ecsv(file, InstrumentError)
-    table.require("DEVICE_ID", "BUS_ID", "CAN_ID", "LINPHI")
+    table.require("DEVICE_ID", "BUS_ID", "CAN_ID", "LINPHI", "PETAL_LOC")
     ids, flags = table.texts("DEVICE_ID", ""), table.texts("LINPHI", "False")
     buses, numbers = table.texts("BUS_ID", ""), table.texts("CAN_ID", "")
     known = {
@@ -36,4 +40,10 @@ def motors_of(path: str | os.PathLike | None) -> Motors:
         for id_, bus, number in zip(ids, buses, numbers, strict=True)
         if id_ and bus.isdecimal() and number.isdecimal()
     }
-    return Motors(known, frozenset(id_ for id_, flag in zip(ids, flags, strict=True) if flag.lower() == "true"))
+    linear = frozenset(id_ for id_, flag in zip(ids, flags, strict=True) if flag.lower() == "true")
+    supplies = {
+        id_: f"petal {petal} V{1 if known[id_][1] in FIRST_SUPPLY else 2}"
+        for id_, petal in zip(ids, table.texts("PETAL_LOC", ""), strict=True)
+        if id_ in known
+    }
+    return Motors(known, linear, supplies)
