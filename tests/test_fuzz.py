@@ -11,6 +11,7 @@ SLICE = {
     "spared": 1,
     "barriers": 8,
     "mutations": 2,
+    "losses": 2,
     "outlines": 150,
     "plans": 25,
     "files": 12,

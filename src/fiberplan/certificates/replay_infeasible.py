@@ -21,7 +21,7 @@ from itertools import product
 
 import numpy as np
 
-from fiberplan.certificates.replay import Claims, refuse
+from fiberplan.certificates.replay import FLOATS, Claims, refuse
 from fiberplan.certificates.replay_boxes import grown, sides
 from fiberplan.certificates.replay_contact import Barrier, is_blocked
 
@@ -34,6 +34,8 @@ def unfounded(claims: Claims, label: str, i: int) -> Iterator[str]:
         yield f"{label} begins nearer than the margin, of which no proof that it cannot reach its goal is known"
         return
     ends, shown = _ends(claims, i), list[tuple[frozenset, tuple]]()
+    if not ends:
+        yield f"{label} is said to be unable to reach its goal, and has none"
     for number, barrier in _barriers(claims, i).items():
         gap = _gap(claims, barrier)
         if gap is not None:
@@ -103,6 +105,8 @@ def _gap(claims: Claims, barrier: Barrier) -> str | None:
     boxes = grown(low, high, barrier.tree) if 1 <= len(barrier.turns) <= 3 else None
     if boxes is None or not np.isfinite([*low, *high]).all():
         return "its boxes are no such boxes"
+    if claims.slack > 2 * FLOATS:
+        return "its coordinates are larger than rounding is allowed for"
     whole, leaves = boxes
     if not any(box.mark == "i" and box.holds(start) for box in leaves):
         return "the start is outside"
