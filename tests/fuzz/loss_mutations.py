@@ -10,7 +10,8 @@ JOINTS = ("alpha", "beta")
 
 def mutate(rng, tables):
     """Change something; returns what, in words."""
-    kinds = [*BOXES, *ASKED] if "CERTIFICATE_TREES" in tables else [*ASKED]
+    there = all(len(tables.get(f"CERTIFICATE_{name}", ())) for name in ("BARRIERS", "TREES"))
+    kinds = [*BOXES, *ASKED] if there else [*ASKED]
     kind = str(rng.choice(kinds))
     (BOXES | ASKED)[kind](rng, tables)
     return kind

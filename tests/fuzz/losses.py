@@ -101,24 +101,28 @@ def three():
     return fp.Problem(plane, turned(30.0, 0.0, 0.0), turned(-30.0, np.nan, np.nan), 0.5)
 
 
-def lost(problem, who=(0,), turns=(), goals=(), **settings):
-    """The content of the file of a plan in which `who` are lost, proven.
+def lost(problem, turns=(), **parameters):
+    """The content of the file of a plan in which nobody moves, and the first is lost, proven, for the others.
 
-    Where `turns` are given, the proof is of these, and of `goals`: planners ask of two at most.
+    Where `turns` are given, the proof is of these: what writes plan files asks of two at most.
     """
 
     def made():
-        plan = fp.planners.Direct(**settings).plan(problem())
-        asked = plan.problem
-        proofs = []
-        if turns:
-            ends = {i: asked.goal[i] for i in goals}
-            barrier = decided(asked.plane, turns, ends, asked.start, asked.margin, BOXES)[1]
-            proofs = proofs_as_tables([(who[0], barrier)])
-            outcomes = [Outcome.INFEASIBLE if i in who else o for i, o in enumerate(plan.outcomes)]
-            plan = fp.Plan(asked, plan.trajectory, tuple(outcomes), plan.planner, plan.parameters)
-        assert plan.having(Outcome.INFEASIBLE).tolist() == list(who)
-        return seal(PLAN, [*plan_hdus(plan), *proofs]) if turns else plan_bytes(plan)
+        asked = problem()
+        others = tuple(range(1, asked.n))
+        words = [Outcome.ARRIVED if has else Outcome.NO_TARGET for has in asked.has_goal[1:]]
+        outcomes = [Outcome.INFEASIBLE, *np.where(asked.plane.online[1:], words, Outcome.OFFLINE)]
+        blockers = {} if turns else {0: others}
+        still = fp.Trajectory.at_rest(asked.start)
+        plan = fp.Plan(asked, still, tuple(outcomes), "direct", parameters, blockers=blockers)
+        if not turns:
+            return plan_bytes(plan)
+        goal = {0: asked.goal[0]}
+        assert all(
+            decided(asked.plane, who, goal, asked.start, asked.margin)[1] is None for who in ([0], [0, 1], [1, 2])
+        )
+        barrier = decided(asked.plane, turns, goal, asked.start, asked.margin)[1]
+        return seal(PLAN, [*plan_hdus(plan), *proofs_as_tables([(0, barrier)])])
 
     return made
 
@@ -130,7 +134,7 @@ BASES = {
     "facing": lost(facing),
     "narrow": lost(narrow),
     "excluded": lost(excluded),
-    "three": lost(three, turns=(0, 1, 2), goals=(0,)),
+    "three": lost(three, (0, 1, 2)),
 }
 
 
