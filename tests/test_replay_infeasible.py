@@ -121,3 +121,6 @@ def test_speeds_prove_what_is_too_far_for_the_time():
     assert list(unfounded(claims, "it", 0)) == []
     claims.said["parameters"]["max_time"] = 100.0
     assert not has_proof(claims, 0)
+    claims.said["parameters"]["max_time"] = 1.0
+    claims.knots[0] = np.vstack([claims.knots[0], [1.1, *claims.knots[0][-1, 1:]]])
+    assert not has_proof(claims, 0), "the plan itself takes longer"

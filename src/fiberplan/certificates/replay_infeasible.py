@@ -13,7 +13,7 @@ start, ``b`` one that is blocked, ``o`` any other. It holds if
 - in every ``i`` in which the goals are, the same holds where joints that have a goal are at it.
 
 Whatever all others do makes no difference. How a box is judged is in `replay_contact.py`. It says nothing of who begins
-nearer than the margin. Of a goal too far for the time there is, the joints' speeds are the proof.
+nearer than the margin. Of a goal too far for the time there is, to which the plan keeps, joint speeds are the proof.
 """
 
 from collections.abc import Iterator
@@ -90,11 +90,14 @@ def _ends(claims: Claims, i: int) -> list[tuple[float, float]]:
 
 
 def _too_late(claims: Claims, i: int, ends: list) -> list[bool]:
-    """Of each configuration, whether a joint's speed does not let it be reached in the time that was allowed."""
+    """Of each configuration, whether a joint's speed does not let it be reached in the time that the plan keeps to."""
     most = claims.said["parameters"].get("max_time")
+    lasts = max(own[-1, 0] for own in claims.knots) - min(own[0, 0] for own in claims.knots)
+    if most is None or not lasts <= float(most) * (1.0 + SPEED):
+        return [False] * len(ends)
     speed = np.array([float(claims.table[f"max_speed_{joint}"][i]) for joint in ("alpha", "beta")])
     needed = [np.abs(np.array(end) - claims.knots[i][0, 1:]) / speed for end in ends]
-    return [most is not None and bool((own > float(most) * (1.0 + SPEED)).any()) for own in needed]
+    return [bool((own > float(most) * (1.0 + SPEED)).any()) for own in needed]
 
 
 def _gap(claims: Claims, barrier: Barrier) -> str | None:
