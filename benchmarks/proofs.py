@@ -3,7 +3,7 @@
 547 robots go from field to field by `Direct`. Then plan files with anything in them changed are replayed (mutations),
 and contacts that are planted are looked for by `verify` (as `make fuzz` does, counted). CPU times, kernels warm.
 
-Usage: python benchmarks/proofs.py [--fields N] [--mutations N] [--planted N] [--clear N]
+Usage: python benchmarks/proofs.py [--fields N] [--mutations N] [--losses N] [--planted N] [--clear N]
 """
 
 import argparse
@@ -78,18 +78,21 @@ def costs(fields: int) -> None:
         print(f"  the command `replay new.fits --since old.fits`: exit code {done.returncode}, {spent:.1f} s of CPU")
 
 
-def mutants(count: int) -> None:
-    """What becomes of so many mutations of certificates of arrays of 3 to 37 robots."""
-    from fuzz.mutations import BASES, one_mutation
+def mutants(kind, count: int, what: str) -> None:
+    """What becomes of so many mutations of certificates of arrays of a few robots."""
+    from fuzz.made_false import one_mutation
 
     told: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(-(-count // 50)):
             rng = np.random.default_rng(seed)
-            name = list(BASES)[seed % len(BASES)]
+            name = list(kind.bases)[seed % len(kind.bases)]
             for _ in range(50):
-                told[one_mutation(rng, name, Path(folder))[0]] += 1
-    print(f"{sum(told.values())} mutations: {dict(told)}; false certificates accepted: {told['false']}")
+                answer, changed, _ = one_mutation(rng, kind, name, Path(folder))
+                told[answer] += 1
+                if answer == "false":
+                    print(f"  false and accepted: {name}, seed {seed}, after mutations of {', '.join(changed)}")
+    print(f"{sum(told.values())} mutations of {what}: {dict(told)}; false certificates accepted: {told['false']}")
 
 
 def plants(count: int) -> None:
@@ -122,6 +125,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--fields", type=int, default=5)
     parser.add_argument("--mutations", type=int, default=10_000)
+    parser.add_argument("--losses", type=int, default=5_000)
     parser.add_argument("--planted", type=int, default=100_000)
     parser.add_argument("--clear", type=int, default=10_000)
     options = parser.parse_args()
@@ -130,8 +134,11 @@ def main() -> None:
         print(f"547 robots, field to field, Direct, margin {MARGIN:g} mm, {options.fields} fields; CPU, one core")
         costs(options.fields)
         print(f"  10^8 segment distances: {calibrated(3):.2f} s")
-    if options.mutations:
-        mutants(options.mutations)
+    from fuzz.losses import LOSSES
+    from fuzz.mutations import SAFETY
+
+    mutants(SAFETY, options.mutations, "motions that are safe, 3 to 37 robots")
+    mutants(LOSSES, options.losses, "goals that are out of reach, 1 to 3 robots")
     if options.planted:
         plants(options.planted)
     if options.clear:

@@ -165,7 +165,7 @@ def make_plane(base, bodies, obstacles=(), length=5.0, max_speed=2.0, **others):
         "folded": np.zeros((n, 2)),
         "lower": np.full((n, 2), -20 * np.pi),
         "upper": np.full((n, 2), 20 * np.pi),
-        "max_speed": np.full((n, 2), float(max_speed)),
+        "max_speed": np.broadcast_to(np.asarray(max_speed, float), (n, 2)),
         "bodies": tuple(bodies),
         "obstacles": tuple(obstacles),
     }

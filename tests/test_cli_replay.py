@@ -7,14 +7,15 @@ import pytest
 
 from fiberplan.cli.app import run
 from fiberplan.plan import Plan
-from fuzz.mutations import base, sealed
+from fuzz.made_false import base, sealed
+from fuzz.mutations import BASES
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """plan.fits holds; false.fits lacks a row; none.fits has no axes."""
     folder = tmp_path_factory.mktemp("replay")
-    columns, claims = base("seven")
+    columns, claims = base(BASES["seven"])
     tables = dict(claims.tables)
     (folder / "plan.fits").write_bytes(sealed(columns, tables))
     (folder / "false.fits").write_bytes(

@@ -14,9 +14,16 @@ from fiberplan.certificates.replay import BadFileError, Claims
 from fiberplan.certificates.replay_geometry import digest, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, not_replayed
 from fiberplan.certificates.whole_replay import replay
-from fuzz.mutations import base, sealed
+from fuzz.made_false import base as base_of
+from fuzz.made_false import sealed
+from fuzz.mutations import BASES
 
 FORMAT1 = Path(__file__).parent / "format1.fits.gz"
+
+
+def base(name):
+    """(tables with their formats and units, claims) of a plan whose every claim holds."""
+    return base_of(BASES[name])
 
 
 def changed(name, **tables):
@@ -127,6 +134,42 @@ def test_a_body_inside_a_hollow_outline_touches_no_edge_and_is_seen():
     found = judged(changed("concave", OBSTACLES=star))
     assert set(found.values()) == {"is not shown to begin outside of each other"}
     assert len(found) == claims.online.sum()
+
+
+L_SHAPED = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
+
+
+@pytest.mark.parametrize(
+    ("outline", "hollow"),
+    [
+        (L_SHAPED, True),
+        (L_SHAPED[:4] + [(10, 10), (10, 20), (0, 20), (0, 20)], True),  # repeated points hide as large a turn each
+        ([(0, 0), (100, 0), (100, 100), (50, 100 - 5e-5), (0, 100)], True),  # less full than its hull by 0.05 um
+        ([(0, 0), (100, 0), (100, 100), (50, 100), (0, 100), (0, 100)], False),
+    ],
+)
+def test_an_outline_that_is_not_convex_is_taken_for_no_fuller_than_it_is(outline, hollow):
+    """Else arms that pass where it is not would count as blocked, and their goals as proven out of reach."""
+
+    def drawn(table):
+        made = np.repeat(table[:1], len(outline))
+        made["vertex"], made["closed"] = np.arange(len(outline)), b"T"
+        made["x"], made["y"] = np.transpose(outline)
+        return made
+
+    assert changed("seven", OBSTACLES=drawn).arms[-1][0].hollow is hollow
+
+
+def test_reach_is_no_smaller_for_what_a_description_should_not_say():
+    """The pivot of a four-bar arm's rocker is as far away if its distance is given with a sign."""
+    far = base("four-bar")[1].reach
+
+    def turned(table):
+        table["four_bar_spacing"] *= -1.0
+
+    np.testing.assert_allclose(changed("four-bar", POSITIONERS=turned).reach, far)
+    with pytest.raises(BadFileError, match="contradict each other"):  # a text for a list: it would meet its letters
+        changed("seven", BODIES=setting("meets", slice(None), b'"arm"'))
 
 
 @pytest.mark.parametrize("column", ["clearance", "time"])

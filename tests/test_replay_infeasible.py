@@ -89,6 +89,28 @@ def test_boxes_that_are_none_and_goals_that_are_others_prove_nothing(pocket):
         changed(pocket, members=nobody)
 
 
+def test_who_has_no_goal_is_not_proven_to_miss_it(pocket):
+    """The goal is not kept, and nothing says that it was given up: no proof would have anything to exclude."""
+    before, pocket.problem = pocket.problem, pocket.problem.copy()
+    pocket.problem["goal_alpha"] = pocket.problem["goal_beta"] = np.nan
+    try:
+        told = ["it is said to be unable to reach its goal, and has none"]
+        assert list(unfounded(pocket, "it", 0)) == told
+        assert changed(pocket, members=lambda table: table[:0]) == told
+    finally:
+        pocket.problem = before
+
+
+def test_far_from_the_origin_nothing_is_proven(pocket):
+    """There floating point, of which a depth is made, is coarser than what a proof allows for it."""
+    before = pocket.slack
+    pocket.slack = 1e-6
+    try:
+        assert "larger than rounding" in changed(pocket)[0]
+    finally:
+        pocket.slack = before
+
+
 def test_speeds_prove_what_is_too_far_for_the_time():
     plane = walled(5.0)
     problem = fp.Problem(plane, np.radians([[45.0, 0.0]]), np.radians([[-225.0, 0.0]]))
@@ -99,3 +121,6 @@ def test_speeds_prove_what_is_too_far_for_the_time():
     assert list(unfounded(claims, "it", 0)) == []
     claims.said["parameters"]["max_time"] = 100.0
     assert not has_proof(claims, 0)
+    claims.said["parameters"]["max_time"] = 1.0
+    claims.knots[0] = np.vstack([claims.knots[0], [1.1, *claims.knots[0][-1, 1:]]])
+    assert not has_proof(claims, 0), "the plan itself takes longer"

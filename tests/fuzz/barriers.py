@@ -49,13 +49,21 @@ def _holds(rng, plane, start, margin, moving, barrier):
         chosen = [blocked[k] for k in rng.integers(len(blocked), size=LOOKS)]
         at = np.array([rng.uniform(box.low, box.high) for box in chosen])
         assert (least(plane, start, moving, at.reshape(LOOKS, -1, 2)) < margin).all(), "what is called blocked is clear"
+    assert walk_stays(rng, plane, start, margin, moving, barrier.tree), "there is a way out"
+
+
+def walk_stays(rng, plane, start, margin, moving, tree) -> bool:
+    """Whether a random walk that keeps the margin, by shapely, stays in what a proof says can be come to."""
     here, low, high = start[moving].ravel(), plane.lower[moving].ravel(), plane.upper[moving].ravel()
+    _, leaves = grown(low.tolist(), high.tolist(), tree)
     for size in rng.uniform(0.02, 0.5, STEPS):
         there = np.clip(here + rng.normal(0.0, size, len(here)), low, high)
         between = here + np.linspace(0.0, 1.0, 25)[:, None] * (there - here)
         if (least(plane, start, moving, between.reshape(25, -1, 2)) > margin + 0.1).all():
             here = there
-            assert any(box.mark == "i" and box.holds(here.tolist()) for box in leaves), "there is a way out"
+            if not any(box.mark == "i" and box.holds(here.tolist()) for box in leaves):
+                return False
+    return True
 
 
 def _clear(plane, tried, moving):

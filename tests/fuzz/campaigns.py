@@ -15,6 +15,7 @@ from fiberplan.planners import PLANNERS, amend
 from fiberplan.scenes.uniform import uniform_field
 from fuzz.audits import audits
 from fuzz.barriers import barriers
+from fuzz.losses import losses
 from fuzz.mutations import mutations
 from fuzz.planted import planted, spared
 from problems import hexagon
@@ -228,5 +229,18 @@ def interrupts(rng: np.random.Generator, folder: Path) -> None:
 
 CAMPAIGNS = {
     f.__name__: f
-    for f in (proofs, planted, spared, mutations, barriers, outlines, plans, files, amendments, interrupts, audits)
+    for f in (
+        proofs,
+        planted,
+        spared,
+        mutations,
+        losses,
+        barriers,
+        outlines,
+        plans,
+        files,
+        amendments,
+        interrupts,
+        audits,
+    )
 }

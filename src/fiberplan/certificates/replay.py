@@ -5,8 +5,7 @@ It decides from positioners, motion and certificate alone (the argument is in ``
 - pairs of which one can move are out of reach of each other, or are judged (`Claims.pairs`);
 - the stated intervals cover a pair's motion, and all over each, every two convex parts that meet are kept apart by the
   margin and both position errors along an axis stated for it (`Claims.judge`); a pair that is said to begin nearer, by
-  what it is said to begin with until it is said to have the margin (that it begins so, and what else a file claims, is
-  for `replay_outcomes.py`).
+  what it is said to begin with until it is said to have the margin (that it begins so: `replay_outcomes.py`).
 
 Points are complex numbers x + iy. Within m +- h a coordinate f is, by the mean value theorem, in
 f(m) + f'(m +- h) [-h, h]; both are evaluated with balls (python-flint) that enclose what rounding does. What is not
@@ -102,12 +101,13 @@ def shapes(table: np.ndarray, key: str, owners: int) -> Iterator[tuple[int, Shap
             own, first, count = table[these], table[these[0]], len(these)
             points, radius = own["x"].astype(float) + 1j * own["y"], float(first["radius"])
             same = ("radius", "closed", "category", "meets", "link")[: 5 if owners else 4]
-            alike = all((own[name] == first[name]).all() for name in same)
+            sides, meets = np.roll(points, -1) - points, json.loads(first["meets"])
+            alike = all((own[name] == first[name]).all() for name in same) and type(meets) in (list, type(None))
             good = alike and (own["vertex"] == range(count)).all() and np.isfinite(points).all() and radius >= 0
             refuse(not good, f"{key} {number} has rows that contradict each other, or are no lengths")
-            edges, closed = np.roll(points, -1) - points, bool(first["closed"] == b"T" and count > 2)
-            turns, meets = np.angle(np.roll(edges, -1) * edges.conj()), json.loads(first["meets"])
-            hull = count == 1 or (closed and bool(np.abs(turns).sum() < 6.28319))  # once around; never too small
+            sides, closed = sides[sides != 0], bool(first["closed"] == b"T" and count > 2)
+            around = np.abs(np.angle(np.roll(sides, -1) * sides.conj())).sum()  # 2 pi of the convex, more of others
+            hull = count == 1 or (closed and bool((around - 2 * np.pi) * np.abs(sides).sum() < FLOATS))
             parts = (tuple(range(count)),) if hull else tuple((k, (k + 1) % count) for k in range(count - 1 + closed))
             said = radius, first["category"].decode(), meets if meets is None else frozenset(meets)
             link, exact = LINKS[first["link"].decode()] if owners else 0, [acb(z.real, z.imag) for z in points.tolist()]
@@ -129,8 +129,7 @@ def away(points: np.ndarray, part: np.ndarray) -> np.ndarray:
 
 def winds(outline: list, point: Any) -> bool:
     """Whether an outline may wind around a point, which then may lie within it."""
-    seen = [z - point for z in outline]
-    return not abs(sum((b / a).arg() for a, b in pairwise([*seen, seen[0]]))) < 1
+    return not abs(sum(((b - point) / (a - point)).arg() for a, b in pairwise([*outline, outline[0]]))) < 1
 
 
 def everywhere(a: float, b: float, todo: list, look: Callable) -> bool:
@@ -179,10 +178,11 @@ class Claims:
         self.knots = np.split(every, np.searchsorted(owner, np.arange(1, self.n)))
         later = all((np.diff(own[:, 0]) > 0).all() for own in self.knots)
         refuse(not (later and np.isfinite(every).all()), "KNOTS: times do not increase, or are no numbers")
-        far = np.vstack([np.outer([0.0, 0.0, 1.0], self.place[:, 2]), self.bar[:, :1].T])  # of links' origins
+        far = np.vstack([np.outer([0.0, 0.0, 1.0], self.place[:, 2]), np.abs(self.bar[:, :1].T)])  # of links' origins
         ends = [[far[s.link][i] + np.abs(s.points).max() + s.radius for s in self.arms[i]] for i in range(self.n)]
-        self.base, around = self.place[:, 0] + 1j * self.place[:, 1], 1e-12 * np.abs(self.place).max() + FLOATS
-        self.reach = np.array([max(own, default=-np.inf) for own in ends]) + self.error[: self.n] + self.margin + around
+        most = max([np.abs(self.place).max(), *(np.abs(shape.points).max() for (shape,) in fixed)])
+        self.base, self.slack = self.place[:, 0] + 1j * self.place[:, 1], FLOATS + 1e-12 * most  # what floats lose [mm]
+        self.reach = np.array([max(own, default=0) for own in ends]) + self.error[: self.n] + self.margin + self.slack
         self.rows: dict[tuple, list] = {}
         names, stated = ["first", "second", "begin", "end", "axis"], tables.get("CERTIFICATE_AXES")
         for i, k, *row in [] if stated is None else stated[names].tolist():

@@ -13,7 +13,7 @@ start, ``b`` one that is blocked, ``o`` any other. It holds if
 - in every ``i`` in which the goals are, the same holds where joints that have a goal are at it.
 
 Whatever all others do makes no difference. How a box is judged is in `replay_contact.py`. It says nothing of who begins
-nearer than the margin. Of a goal too far for the time there is, the joints' speeds are the proof.
+nearer than the margin. Of a goal too far for the time there is, to which the plan keeps, joint speeds are the proof.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from itertools import product
 
 import numpy as np
 
-from fiberplan.certificates.replay import Claims, refuse
+from fiberplan.certificates.replay import FLOATS, Claims, refuse
 from fiberplan.certificates.replay_boxes import grown, sides
 from fiberplan.certificates.replay_contact import Barrier, is_blocked
 
@@ -34,6 +34,8 @@ def unfounded(claims: Claims, label: str, i: int) -> Iterator[str]:
         yield f"{label} begins nearer than the margin, of which no proof that it cannot reach its goal is known"
         return
     ends, shown = _ends(claims, i), list[tuple[frozenset, tuple]]()
+    if not ends:
+        yield f"{label} is said to be unable to reach its goal, and has none"
     for number, barrier in _barriers(claims, i).items():
         gap = _gap(claims, barrier)
         if gap is not None:
@@ -88,11 +90,14 @@ def _ends(claims: Claims, i: int) -> list[tuple[float, float]]:
 
 
 def _too_late(claims: Claims, i: int, ends: list) -> list[bool]:
-    """Of each configuration, whether a joint's speed does not let it be reached in the time that was allowed."""
+    """Of each configuration, whether a joint's speed does not let it be reached in the time that the plan keeps to."""
     most = claims.said["parameters"].get("max_time")
+    lasts = max(own[-1, 0] for own in claims.knots) - min(own[0, 0] for own in claims.knots)
+    if most is None or not lasts <= float(most) * (1.0 + SPEED):
+        return [False] * len(ends)
     speed = np.array([float(claims.table[f"max_speed_{joint}"][i]) for joint in ("alpha", "beta")])
     needed = [np.abs(np.array(end) - claims.knots[i][0, 1:]) / speed for end in ends]
-    return [most is not None and bool((own > float(most) * (1.0 + SPEED)).any()) for own in needed]
+    return [bool((own > float(most) * (1.0 + SPEED)).any()) for own in needed]
 
 
 def _gap(claims: Claims, barrier: Barrier) -> str | None:
@@ -103,6 +108,8 @@ def _gap(claims: Claims, barrier: Barrier) -> str | None:
     boxes = grown(low, high, barrier.tree) if 1 <= len(barrier.turns) <= 3 else None
     if boxes is None or not np.isfinite([*low, *high]).all():
         return "its boxes are no such boxes"
+    if claims.slack > 2 * FLOATS:
+        return "its coordinates are larger than rounding is allowed for"
     whole, leaves = boxes
     if not any(box.mark == "i" and box.holds(start) for box in leaves):
         return "the start is outside"

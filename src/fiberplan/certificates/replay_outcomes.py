@@ -184,7 +184,8 @@ def _upper(claims: Claims, i: int, j: int, m: float, h: float) -> float:
     do not, that along such or along the connection of two vertices. A clearance changes no faster than vertices move.
     """
     arms = [claims.vertices(arm, m, h) for arm in (i, j)]
-    places = [[np.array([complex(z) for z, _ in shape]) for shape in arm] for arm in arms]
+    origin = arms[0][0][0][0]  # floats are of what is near
+    places = [[np.array([complex(z - origin) for z, _ in shape]) for shape in arm] for arm in arms]
     least = math.inf
     for p, a, q, b, room in claims.parts(i, j):
         one, other = places[0][p][[*a]], places[1][q][[*b]]
