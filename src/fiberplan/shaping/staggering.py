@@ -22,7 +22,7 @@ from fiberplan.shaping.supply_load import Stretches, most_at_once, numbered, str
 
 _FINE = 0.02  # of the least time: the motion gets longer than it must by no more than such steps ...
 _MOST = 1.2  # ... and never so much
-_NEAR = 1e-4  # [s] to which the least time is known
+_PRECISION = 1e-4  # [s] to which the least time is known
 _SAME = 1e-9  # of a robot: rounding of averages
 
 
@@ -151,7 +151,7 @@ def staggered(
                 made, after, begins = moved, now, found
             return bool((now <= limits + _SAME).all())
 
-        _shorten(within, least + _NEAR)
+        _shorten(within, least + _PRECISION)
     movers = np.maximum(1, count)
     was, is_, may_be = (
         FrozenDict(zip(names, shares.tolist(), strict=True))
@@ -229,7 +229,7 @@ def _with_room(moves: Stretches, limit: float, least: float) -> float:
     if fits(least):
         return least
     short, long = least, 2.0 * float(last.max())  # in which nobody has to
-    while long - short > _NEAR:
+    while long - short > _PRECISION:
         middle = 0.5 * (short + long)
         short, long = (short, middle) if fits(middle) else (middle, long)
     return short

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fiberplan.certificates import proven_excluded
+from fiberplan.certificates import proven_excluded, proven_unreachable
 from fiberplan.focal_plane.neighbours import touching
 from fiberplan.kernels.clearance import clearance
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
@@ -34,7 +34,10 @@ def steps_past_fixed(paths: Paths, who: np.ndarray) -> np.ndarray:
 
 
 def eased(paths: Paths) -> bool:
-    """Give finer lattices, then ways, to those that touch what never moves after many tries; whether any got one."""
+    """Give finer lattices, then ways, to those that touch what never moves after many tries; whether any got one.
+
+    Whose goal is proven to be out of reach then, goes elsewhere, or gives it up.
+    """
     search, pairs = paths.search, paths.in_contact
     fixed = paths.lattice.fixed[paths.pairs[pairs]].any(axis=1)
     arms = np.unique(paths.pairs[pairs[fixed & (search.tries[pairs] > _TOUGH)]])
@@ -50,7 +53,28 @@ def eased(paths: Paths) -> bool:
                 paths.lengthen(len(way) - 1)
                 paths.place(np.array([i]))
                 changed = True
+            elif way is None:
+                paths.off_ways.add(i)  # not to be looked for again
+                changed |= _is_barred(paths, i)
     return changed
+
+
+def _is_barred(paths: Paths, i: int) -> bool:
+    """Whether what never moves is proven to bar positioner i from its goal, which it has given up then."""
+    problem = paths.problem
+    if not proven_unreachable(paths.plane, i, problem.start, paths.goal[i], problem.margin):
+        return False
+    need = goes_elsewhere(paths, i)
+    if need < 0:
+        paths.give_up(i, fixed_beside(paths, i))
+    paths.lengthen(need)
+    paths.place(np.array([i]))
+    return True
+
+
+def fixed_beside(paths: Paths, i: int) -> tuple[int, ...]:
+    """Arms beside positioner i that never move."""
+    return tuple(int(j) for j in paths.near.around(i) if paths.lattice.fixed[j])
 
 
 def _way(paths: Paths, i: int) -> np.ndarray | None:

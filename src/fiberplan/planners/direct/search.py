@@ -9,7 +9,15 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from fiberplan.planners.direct.narrow import FINE, crowding_out, eased, goes_elsewhere, makes_room, steps_past_fixed
+from fiberplan.planners.direct.narrow import (
+    FINE,
+    crowding_out,
+    eased,
+    fixed_beside,
+    goes_elsewhere,
+    makes_room,
+    steps_past_fixed,
+)
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.paths import ON_ITS_WAY, Paths
 from fiberplan.planners.direct.repair import SOLVED, SPENT, TOO_SHORT
@@ -50,7 +58,7 @@ class DirectSearch(Paths):
             needs[k] = goes_elsewhere(self, i)
             if needs[k] < 0:
                 barred.append(i)
-                self.give_up(i, tuple(int(j) for j in self.near.around(i) if self.lattice.fixed[j]))
+                self.give_up(i, fixed_beside(self, i))
         for j in barred:
             for i in crowding_out(self, j):
                 self.give_up(i, (j,))
