@@ -5,8 +5,10 @@ import pytest
 
 import fiberplan as fp
 from fiberplan import Obstacle, Outcome
+from fiberplan.certificates import proven_unreachable
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.planners.direct import narrow
+from fiberplan.planners.direct import search as search_module
 from fiberplan.planners.direct.improving import shorten
 from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined, step_length
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
@@ -277,3 +279,23 @@ def test_placed_alone_by_any_number_of_threads(monkeypatch):
     np.testing.assert_array_equal(found[1], found[0])
     np.testing.assert_array_equal(found[2], found[0])
     assert np.any(found[0][:, 0] != found[0][:, -1])
+
+
+def test_who_only_seems_to_get_past_what_never_moves_gives_up_before_all_get_more_time(monkeypatch):
+    """A path that is clear at its nodes alone: its lattice gets finer, then a proof is asked for."""
+    monkeypatch.setattr(search_module, "steps_past_fixed", lambda paths, who: np.full(len(who), paths.steps))
+    barred = 0
+    for seed in range(40):
+        problem = among_posts(seed)
+        if problem is None or not proven_unreachable(problem.plane, 0, problem.start, problem.goal[0], problem.margin):
+            continue
+        barred += 1
+        near = Neighbourhood.of(problem.plane, problem.margin)
+        search = DirectSearch(problem, near, problem.goal, 6 * DEG, None, 0)
+        search.begin()
+        least = search.steps
+        assert search.run(10_000, lambda: True)
+        assert set(search.given_up) == {0}
+        assert all(post > 0 for post in search.given_up[0])
+        assert search.steps == least
+    assert barred > 2
