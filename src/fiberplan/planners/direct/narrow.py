@@ -26,7 +26,7 @@ def steps_past_fixed(paths: Paths, who: np.ndarray) -> np.ndarray:
         needs[late()] = paths.needed_past_fixed(who[late()])
     for k in np.flatnonzero(late()):
         i = int(who[k])
-        way = _way(paths, i)
+        way = None if needs[k] < 0 and _is_barred(paths, i) else _way(paths, i)
         if way is not None and (needs[k] < 0 or _SHORTER * (len(way) - 1) < needs[k]):
             paths.put_on(i, way)
             needs[k] = len(way) - 1
@@ -47,22 +47,28 @@ def eased(paths: Paths) -> bool:
         if paths.fineness[i] < FINEST:
             changed |= paths.refine(np.array([i]), int(paths.fineness[i]) + 1)
         elif paths.fineness[i] < ON_ITS_WAY and i not in paths.off_ways and not np.isnan(paths.goal[i, 0]):
+            if _gave_up(paths, i):
+                changed = True
+                continue
             way = _way(paths, i)
-            if way is not None and len(way) - 1 <= paths.most_steps:
+            if way is None:
+                paths.off_ways.add(i)  # not to be looked for again
+            elif len(way) - 1 <= paths.most_steps:
                 paths.put_on(i, way)
                 paths.lengthen(len(way) - 1)
                 paths.place(np.array([i]))
                 changed = True
-            elif way is None:
-                paths.off_ways.add(i)  # not to be looked for again
-                changed |= _is_barred(paths, i)
     return changed
 
 
 def _is_barred(paths: Paths, i: int) -> bool:
-    """Whether what never moves is proven to bar positioner i from its goal, which it has given up then."""
-    problem = paths.problem
-    if not proven_unreachable(paths.plane, i, problem.start, paths.goal[i], problem.margin):
+    """Whether what never moves is proven to bar positioner i from its goal; a way is sought for longer than a proof."""
+    return proven_unreachable(paths.plane, i, paths.problem.start, paths.goal[i], paths.problem.margin)
+
+
+def _gave_up(paths: Paths, i: int) -> bool:
+    """Whether positioner i is proven to be barred from its goal; it goes elsewhere then, or has given up."""
+    if not _is_barred(paths, i):
         return False
     need = goes_elsewhere(paths, i)
     if need < 0:
