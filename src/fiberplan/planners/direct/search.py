@@ -25,6 +25,8 @@ from fiberplan.planners.direct.settling import give_up_one_of, settle
 from fiberplan.planners.direct.untangle import cluster_around, untangled
 
 PATIENCE = 300  #: work in which the contacts do not get fewer, before there are more steps
+_LITTLE_PATIENCE = 100  # the same, after as many of ...
+_LENGTHENED = 4  # ... such times: what is left is seldom to be helped
 SMALLEST_CLUSTER = 2
 _LARGEST_CLUSTER = 8  # moved jointly
 _CHUNK = 50  # replans between two checks of the clock
@@ -75,7 +77,7 @@ class DirectSearch(Paths):
         fewest, stuck, growth, last_resort = self.touching, 0, 1, False
         self.cluster_size = SMALLEST_CLUSTER
         while proceed():
-            before = self.work
+            before, patience = self.work, PATIENCE if growth <= _LENGTHENED else _LITTLE_PATIENCE
             result = self.attempt()
             if result == SOLVED:
                 return True
@@ -84,13 +86,13 @@ class DirectSearch(Paths):
                 stuck, self.cluster_size = 0, SMALLEST_CLUSTER
             if result == TOO_SHORT:
                 self._lengthen_for(self.short_pair)
-            elif self.work > budget or (stuck > PATIENCE and self.steps >= self.most_steps):
+            elif self.work > budget or (stuck > patience and self.steps >= self.most_steps):
                 rescued = 0 if last_resort else self._untangle(self.in_contact, _LARGEST_CLUSTER, self.most_steps)
                 last_resort = True
                 rescued = rescued or makes_room(self, np.unique(self.pairs[self.in_contact]))
                 budget = max(budget, self.work) + _SECOND_WIND * (rescued or len(settle(self)))
                 fewest, stuck = self.touching, 0
-            elif stuck > PATIENCE:
+            elif stuck > patience:
                 if growth > 2:
                     longest = int(self.steps * (1 + _LONGER * growth**2))
                     self._untangle(self.in_contact, min(growth, _LARGEST_CLUSTER), longest)
