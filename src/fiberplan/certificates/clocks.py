@@ -46,11 +46,11 @@ def box_bound(arms, path, i, j, c0, c1, d0, d1, error):
 
 
 @leaf
-def _closest(arms, path, i, j, margin, jitter, error, tolerance, cap, boxes):
-    """(lower, upper): bounds of the smallest clearance of a pair, as `bisection.closest`."""
+def _closest(arms, path, i, j, margin, jitter, error, tolerance, cap, looks, boxes):
+    """(lower, upper): bounds of the smallest clearance of a pair after so many looks, as `bisection.closest`."""
     boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3] = -jitter, path.duration + jitter, -jitter, jitter
     lower, upper, depth = np.inf, np.inf, 1
-    for _ in range(more_looks(path, i, j)):
+    for _ in range(looks):
         if depth == 0:
             return lower, upper
         depth -= 1
@@ -91,45 +91,24 @@ def judge_clocks(arms, path, pairs, errors, margin, jitter, tolerance, cap):
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
         error = errors[i] + errors[j]
-        out[k, 0], out[k, 1] = _closest(arms, path, i, j, margin, jitter, error, tolerance, cap, boxes)
+        looks = more_looks(path, i, j)
+        out[k, 0], out[k, 1] = _closest(arms, path, i, j, margin, jitter, error, tolerance, cap, looks, boxes)
     return out
 
 
 @kernel
 def at_any_moments(arms, path, pairs, errors, margin, looks):
-    """(m,) whether each pair of arms is shown to keep a margin [mm] with each of the two at any moment of its motion.
+    """(m,) whether each pair is shown to keep a margin [mm] with each of the two at any moment of its motion.
 
-    Args:
-        arms: positioners, then obstacles.
-        path: a `Motion` of the positioners.
-        pairs: (m, 2) of arms.
-        errors: (arms,) that each may be off by [mm].
-        margin: [mm].
-        looks: boxes of moments that are looked into for a pair, at most; what takes more counts as not shown.
+    As `keeping.keeps`, with clocks that are off by all the time there is; what takes more than so many `looks` at boxes
+    of moments counts as not shown.
     """
-    out = np.zeros(len(pairs), np.bool_)
+    out = np.empty(len(pairs), np.bool_)
     boxes = np.empty((_DEPTH, 4))
     half = 0.5 * path.duration
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
-        boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3] = -half, path.duration + half, -half, half
-        depth = 1
-        for _ in range(looks):
-            depth -= 1
-            c0, c1, d0, d1 = boxes[depth, 0], boxes[depth, 1], boxes[depth, 2], boxes[depth, 3]
-            now, bound = box_bound(arms, path, i, j, c0, c1, d0, d1, errors[i] + errors[j])
-            if not (now >= margin) or depth + 2 > len(boxes):
-                break
-            if bound >= margin:
-                if depth == 0:
-                    out[k] = True
-                    break
-                continue
-            c, d = 0.5 * (c0 + c1), 0.5 * (d0 + d1)
-            late = c1 - c0 > d1 - d0  # split the longer side
-            boxes[depth, 0], boxes[depth, 1] = (c if late else c0), c1
-            boxes[depth, 2], boxes[depth, 3] = (d0 if late else d), d1
-            boxes[depth + 1, 0], boxes[depth + 1, 1] = c0, (c if late else c1)
-            boxes[depth + 1, 2], boxes[depth + 1, 3] = d0, (d1 if late else d)
-            depth += 2
+        error = errors[i] + errors[j]
+        low, _ = _closest(arms, path, i, j, margin, half, error, np.inf, margin, looks, boxes)
+        out[k] = low >= margin
     return out

@@ -13,10 +13,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.tolerances import SLACK
 
 _TURNS = np.radians([sign * turn for turn in (10, 20, 30, 45, 60, 90, 120, 180) for sign in (1, -1)])  # of theta
-_SHOWN = 4
-
-
 _MOST = 40  # steps
+_SHOWN = 4
 
 
 def withdrawn(
@@ -36,7 +34,7 @@ def withdrawn(
         PlanError: positioners that neither turn of phi nor one of theta before it frees, which are named; or more steps
             than make sense.
     """
-    steps = _Steps(plane, margin, error)
+    steps = _Steps(plane, moves, margin, error)
     at, found = at.copy(), list[np.ndarray]()
     while (todo := at[:, 1] != phi).any():
         if len(found) == _MOST:
@@ -45,7 +43,7 @@ def withdrawn(
         who = steps.jointly(at, to, todo)
         for way in (steps.aside, steps.out_of_the_way):
             if not who.any():
-                to = way(at, phi, todo, moves)
+                to = way(at, phi, todo)
                 who = steps.jointly(at, to, to[:, 0] != at[:, 0])
         if not who.any():
             names = [f"'{plane.ids[i]}'" for i in np.flatnonzero(todo)]
@@ -59,8 +57,8 @@ def withdrawn(
 class _Steps:
     """Who may turn, beside whom, of an array."""
 
-    def __init__(self, plane: FocalPlane, margin: float, error: np.ndarray):
-        self._plane, self._margin, self._error = plane, margin, error
+    def __init__(self, plane: FocalPlane, moves: np.ndarray, margin: float, error: np.ndarray):
+        self._plane, self._moves, self._margin, self._error = plane, moves, margin, error
         self._pairs = plane.arm_pairs_within(margin + 2.0 * float(error.max(initial=0.0)) + SLACK)
 
     def _clear(self, rest: np.ndarray, begin: np.ndarray, end: np.ndarray, turns: np.ndarray) -> np.ndarray:
@@ -93,7 +91,7 @@ class _Steps:
             able[j] &= not able[i]
         return able[: self._plane.n]
 
-    def aside(self, at: np.ndarray, phi: np.ndarray, who: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    def aside(self, at: np.ndarray, phi: np.ndarray, who: np.ndarray) -> np.ndarray:
         """(n, 2) where those of `who` (n,) are to turn theta that can turn phi in from there; the others rest."""
         to = at.copy()
         for turn in _TURNS:
@@ -102,7 +100,7 @@ class _Steps:
             to[able] = there[able]
         return to
 
-    def out_of_the_way(self, at: np.ndarray, phi: np.ndarray, who: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    def out_of_the_way(self, at: np.ndarray, phi: np.ndarray, who: np.ndarray) -> np.ndarray:
         """(n, 2) where others are to turn theta that are in the way of phi of `who` (n,)."""
         to, inside = at.copy(), np.stack([at[:, 0], phi], axis=1)
         turns = self._with_fixed(who)[self._pairs]
@@ -110,7 +108,7 @@ class _Steps:
         met = ~self._clear(at, at, inside, turns)
         in_the_way = self._with_fixed(np.zeros_like(who))
         in_the_way[self._pairs[met][~turns[met]]] = True
-        in_the_way = in_the_way[: self._plane.n] & moves
+        in_the_way = in_the_way[: self._plane.n] & self._moves
         for turn in _TURNS:
             there, able = self._turned(at, turn, in_the_way & (to[:, 0] == at[:, 0]))
             still = met & ~self._clear(np.where(able[:, None], there, at), at, inside, turns)

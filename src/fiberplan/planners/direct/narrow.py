@@ -70,17 +70,17 @@ def _gave_up(paths: Paths, i: int) -> bool:
     """Whether positioner i is proven to be barred from its goal; it goes elsewhere then, or has given up."""
     if not _is_barred(paths, i):
         return False
-    need = goes_elsewhere(paths, i)
-    if need < 0:
-        paths.give_up(i, fixed_beside(paths, i))
-    paths.lengthen(need)
+    paths.lengthen(leaves_goal(paths, i))
     paths.place(np.array([i]))
     return True
 
 
-def fixed_beside(paths: Paths, i: int) -> tuple[int, ...]:
-    """Arms beside positioner i that never move."""
-    return tuple(int(j) for j in paths.near.around(i) if paths.lattice.fixed[j])
+def leaves_goal(paths: Paths, i: int) -> int:
+    """Let positioner i, barred by what never moves, go elsewhere or give up its goal; steps that it needs, or -1."""
+    need = goes_elsewhere(paths, i)
+    if need < 0:
+        paths.give_up(i, tuple(int(j) for j in paths.near.around(i) if paths.lattice.fixed[j]))
+    return need
 
 
 def _way(paths: Paths, i: int) -> np.ndarray | None:

@@ -13,8 +13,7 @@ from fiberplan.planners.direct.narrow import (
     FINE,
     crowding_out,
     eased,
-    fixed_beside,
-    goes_elsewhere,
+    leaves_goal,
     makes_room,
     steps_past_fixed,
 )
@@ -57,10 +56,9 @@ class DirectSearch(Paths):
         barred = []
         for k in np.flatnonzero((needs < 0) | (needs > self.most_steps)):
             i = int(who[k])
-            needs[k] = goes_elsewhere(self, i)
+            needs[k] = leaves_goal(self, i)
             if needs[k] < 0:
                 barred.append(i)
-                self.give_up(i, fixed_beside(self, i))
         for j in barred:
             for i in crowding_out(self, j):
                 self.give_up(i, (j,))
