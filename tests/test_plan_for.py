@@ -83,8 +83,13 @@ def test_what_a_controller_cannot_do_is_named_without_a_file():
     unnamed = field(fitted(fp.FocalPlane.hexagonal(0, 22.4), "desi"), 0)
     with pytest.raises(PlanError, match=r"^positioner 'R0C1' has no device id"):
         plan_for("desi", fp.planners.GreedyFold(), unnamed)
-    with pytest.raises(PlanError, match=r"^nobody turns: a waveform names a unit at least"):
-        executed("moons", fp.planners.GreedyFold().plan(fp.Problem(unnamed.plane, unnamed.start, unnamed.start)))
+
+
+@pytest.mark.parametrize("name", ["desi", "moons", "pfs"])
+def test_a_file_that_moves_nobody_is_refused_as_such(name):
+    plane = fitted(fp.FocalPlane.hexagonal(0, 22.4), name)
+    with pytest.raises(PlanError, match=r"^nobody turns: .* at least$"):
+        executed(name, fp.planners.GreedyFold().plan(fp.Problem(plane, plane.folded, plane.folded)))
 
 
 def test_the_command_plans_for_a_controller(tmp_path, capsys, monkeypatch, nineteen):

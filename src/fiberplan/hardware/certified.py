@@ -6,7 +6,7 @@ against the plan: where it begins, and where it ends.
 """
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sized
 from typing import Any
 
 import numpy as np
@@ -96,6 +96,16 @@ def certify(
         position_error=problem.position_error,
         opening=problem.near_start == "open" or problem.needs_opening,
     )
+
+
+def refuse_empty(made: Sized, path: str | os.PathLike, what: str) -> None:
+    """Refuse to write a file that moves nobody, which its reader would take for a damaged one.
+
+    Raises:
+        PlanError: naming the file and `what` it lacks.
+    """
+    if not len(made):
+        raise PlanError(f"{os.fspath(path)}: nobody turns: {what}")
 
 
 def refuse_other_ends(plan: Plan, executed: Executed, name: str) -> None:

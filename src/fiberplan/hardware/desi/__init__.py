@@ -23,7 +23,7 @@ from fiberplan.arrays import not_negative
 from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.certified import ALLOWANCE, hand_over, refuse_empty
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.desi.calibration import motors_of
 from fiberplan.hardware.desi.decode import COLUMNS, decode
@@ -81,6 +81,7 @@ def write(
     """
     motors, file = motors_of(calibration), Path(path)
     as_planned = tables(plan, dict.fromkeys(motors.linear, True), motors.buses, tail)
+    refuse_empty(as_planned, file, "move tables name a positioner at least")
     margin = max(0.0, plan.problem.margin - not_negative(allowance, "mm", "allowance", PlanError))
     made = scheduled(plan, as_planned, tail, margin)
     plane = plan.problem.plane
@@ -101,11 +102,11 @@ def write(
             "the same without waiting": {name: round(share, 3) for name, share in spread.before.items()},
         }
     counts = [len(table.rows) for table in made]
-    longest = max((seconds(table.rows) for table in made), default=0.0)
+    longest = max(seconds(table.rows) for table in made)
     facts = {
         "tables": len(made),
         "rows": sum(counts),
-        "rows of one, at most": max(counts, default=0),
+        "rows of one, at most": max(counts),
         "other ways than planned": others,
         "seconds longer than the plan": round(longest - plan.makespan, 3),
         **shares,

@@ -80,7 +80,7 @@ def powered(
 def _labels(plane: FocalPlane, made: list[Table], supplies: Mapping[str, str]) -> list[str]:
     """(n,) supplies; that of one without a table does not matter."""
     moving = {table.posid for table in made}
-    first = supplies[made[0].posid] if made else ""
+    first = supplies[made[0].posid]
     return [supplies[alias] if alias in moving else first for alias in plane.aliases or ("",) * plane.n]
 
 

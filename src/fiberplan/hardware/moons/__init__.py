@@ -18,7 +18,7 @@ import numpy as np
 from fiberplan.arrays import not_negative
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.certified import ALLOWANCE, hand_over, refuse_empty
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.moons.decode import decode
 from fiberplan.hardware.moons.encode import CHANGE, LEAST, MOST, RANGES, SEGMENT, STEPS, as_json, waveforms
@@ -52,14 +52,13 @@ def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, 
     latency = not_negative(latency, "s", "latency", PlanError)
     shaped = fit(plan)
     made, file, plane = waveforms(shaped), Path(path), plan.problem.plane
-    facts = {"units": len(made), "segments": len(made[0].steps) if made else 0, "segment": SEGMENT}
+    refuse_empty(made, file, "a waveform names a unit at least")
+    facts = {"units": len(made), "segments": len(made[0].steps), "segment": SEGMENT}
     facts["seconds longer than the plan"] = round(shaped.makespan - plan.makespan, 3)
 
     def decoded(written: bytes, state: State) -> Executed:
         return decode(file, written, plane, state, latency)
 
-    if not made:
-        raise PlanError(f"{file}: nobody turns: a waveform names a unit at least")
     return hand_over(plan, path, as_json(made), decoded, allowance, facts)
 
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.hardware.certified import ALLOWANCE, hand_over
+from fiberplan.hardware.certified import ALLOWANCE, hand_over, refuse_empty
 from fiberplan.hardware.controller import CONTROLLERS, HandedOver, known_to
 from fiberplan.hardware.pfs.decode import COLUMNS, decode, prove
-from fiberplan.hardware.pfs.encode import as_csv, iterations
+from fiberplan.hardware.pfs.encode import as_csv, iterations, turning
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
 from fiberplan.problem import State
@@ -51,13 +51,14 @@ def write(
     if plane.kinematics.has_avoidance:
         raise PlanError(f"{plane.name}: {plane.kinematics.name} arms are no cobras")
     assert problem.position_error is not None  # set on construction
+    cobras = np.flatnonzero(turning(plan))
+    refuse_empty(cobras, path, "a table of targets names a cobra at least")
     made = iterations(plan, max(0.0, problem.margin - allowance), np.asarray(problem.position_error))
-    cobras = int((plane.online & (plan.trajectory.start != plan.trajectory.end).any(axis=1)).sum())
 
     def decoded(written: bytes, state: State) -> Executed:
         return decode(file, written, plane, state)
 
-    facts = {"cobras": cobras, "iterations": len(made)}
+    facts = {"cobras": len(cobras), "iterations": len(made)}
     return hand_over(plan, path, as_csv(plan, made, visit, config), decoded, allowance, facts, prove=prove)
 
 

@@ -18,6 +18,11 @@ MOST_ITERATIONS = 12  #: that are made
 INSIDE = np.radians(60.0)  #: phi, from folded, within which theta turns [rad]
 
 
+def turning(plan: Plan) -> np.ndarray:
+    """(n,) whether a cobra ends elsewhere than it begins."""
+    return plan.problem.plane.online & (plan.trajectory.start != plan.trajectory.end).any(axis=1)
+
+
 def iterations(plan: Plan, margin: float, error: np.ndarray) -> list[np.ndarray]:
     """(n, 2) where everyone is to be at the end of each iteration [rad].
 
@@ -25,7 +30,7 @@ def iterations(plan: Plan, margin: float, error: np.ndarray) -> list[np.ndarray]
         PlanError: some that cannot get past each other in this way, or more iterations than there are.
     """
     plane, start, end = plan.problem.plane, plan.trajectory.start, plan.trajectory.end
-    moving = plane.online & (start != end).any(axis=1)
+    moving = turning(plan)
     folded = np.maximum(plane.lower[:, 1], INSIDE - (plane.zero[:, 1] + np.pi))
     phi = np.minimum(np.minimum(start[:, 1], end[:, 1]), folded)
     inward, outward = (
@@ -40,7 +45,7 @@ def iterations(plan: Plan, margin: float, error: np.ndarray) -> list[np.ndarray]
 def as_csv(plan: Plan, made: Sequence[np.ndarray], visit: int, config: int) -> bytes:
     """Rows of `cobra_target`, with the angles of each iteration beside: a row for each cobra that turns at all."""
     plane = plan.problem.plane
-    moving = np.flatnonzero(plane.online & (plan.trajectory.start != plan.trajectory.end).any(axis=1))
+    moving = np.flatnonzero(turning(plan))
     nominal = plane.fibers(plan.trajectory.end)
     lines = [
         "pfs_visit_id,iteration,cobra_id,pfs_config_id,pfi_nominal_x_mm,pfi_nominal_y_mm,pfi_target_x_mm,"
