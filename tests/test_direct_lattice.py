@@ -11,14 +11,15 @@ from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import clearance
-from fiberplan.kernels.compile import kernel
-from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions
+from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions, mark_blocked
 from fiberplan.planners.direct.contacts import find_contacts, steps_in_contact
-from fiberplan.planners.direct.joint_nodes import joint_words
-from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length
-from fiberplan.planners.direct.pairs import find_clear_nodes, move_jointly, steps_alone
+from fiberplan.planners.direct.joint_nodes import forget_clear, joint_words, look
+from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length, window, window_of
+from fiberplan.planners.direct.pairs import kept_apart, move_jointly, steps_alone
 from fiberplan.planners.direct.past_fixed import steps_past_fixed
-from fiberplan.planners.direct.scratch import make_scratch
+from fiberplan.planners.direct.remembered import blocked_cells
+from fiberplan.planners.direct.scratch import TABLE, make_scratch
 from fiberplan.planners.direct.single import replan
 from fiberplan.planners.direct.trim import as_trajectory
 from fiberplan.scenes.decisive import exchange
@@ -79,14 +80,14 @@ def test_nodes_hold_both_ends_and_respect_speeds(seed):
         if not np.isnan(goal[i, 0]):
             far = abs(goal[i, d] - start[i, d]) / (plane.max_speed[i, d] * UNDER_LIMIT * duration)
             assert abs(lattice.last[i, d] - lattice.first[i, d]) == int(np.ceil(far - 1e-9))
-    assert lattice.size[:, 1].max() <= MOST_BETAS
+    assert lattice.size[:, 1].max() < MOST_BETAS
 
 
 def test_a_wide_range_is_searched_around_the_move_only():
     plane = row_of(1, lower=(-np.inf, -np.inf), upper=(np.inf, np.inf), folded=(0.0, np.pi))
     start, goal = np.array([[0.0, 3.0]]), np.array([[0.1, 3.2]])
     lattice = lattice_of(plane, start, goal, 1 * DEG, 10)
-    assert lattice.size[0, 1] <= MOST_BETAS
+    assert lattice.size[0, 1] < MOST_BETAS
     assert lattice.size[0, 0] <= 3 * MOST_BETAS
 
 
@@ -105,7 +106,7 @@ def test_blocked_nodes_are_those_in_contact(margin):
     plane = fp.FocalPlane.hexagonal(1, 22.4).replace(obstacles=(wall, Obstacle("post", [[8.0, -9.0]], 1.0)))
     start = np.radians(np.random.default_rng(2).uniform([0.0, 0.0], [360.0, 180.0], (plane.n, 2)))
     lattice = lattice_of(plane, start, np.full((plane.n, 2), np.nan), 9 * DEG, 1)
-    scratch = make_scratch(lattice)
+    scratch = make_scratch(lattice, 0)
     limit, found = margin + SLACK, 0
     for i, j in plane.arm_pairs_within(margin):
         blocked_of(plane.arms, lattice, i, j, limit, scratch.trig, scratch.row)
@@ -130,7 +131,7 @@ def test_blocked_nodes_of_many_pieces(name, who, seed):
     low, high = plane.lower, plane.upper
     start = low + rng.random((plane.n, 2)) * (high - low)
     lattice = lattice_of(plane, start, np.full((plane.n, 2), np.nan), 12 * DEG, 1)
-    scratch = make_scratch(lattice)
+    scratch = make_scratch(lattice, 0)
     found = 0
     for j in beside:
         blocked_of(plane.arms, lattice, who, j, SLACK, scratch.trig, scratch.row)
@@ -140,6 +141,84 @@ def test_blocked_nodes_of_many_pieces(name, who, seed):
             assert bool((int(scratch.row[a]) >> b) & 1) == (not gap >= SLACK)
             found += not gap >= SLACK
     assert found > 10
+
+
+@kernel
+def remembered(arms, near, lattice, i, q, limit, steps, scratch):
+    link_directions(arms, lattice, i, scratch.trig)
+    motion = beta_motion(arms, lattice, i)
+    return blocked_cells(arms, near, lattice, i, q, scratch.trig, motion, limit, steps, scratch.row, scratch.known)
+
+
+@kernel
+def marked(arms, near, lattice, i, q, limit, steps, scratch):
+    link_directions(arms, lattice, i, scratch.trig)
+    motion, j, pair = beta_motion(arms, lattice, i), near.near[q].arm, near.near[q].pair
+    scratch.blocked[:] = NOTHING
+    mark_blocked(arms, lattice, i, scratch.trig, motion, j, pair, limit, steps, scratch.row, scratch.blocked)
+
+
+@pytest.mark.parametrize("room", [None, 900])
+def test_what_is_remembered_is_what_would_be_found(room):
+    """Paths, clearances, steps and goals change by chance; most questions are asked again; rings may be short."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    rng, near, steps = np.random.default_rng(3), Neighbourhood.of(plane, 1.0), 12
+    start, goal = uniform_field(plane, 0, 1.0), uniform_field(plane, 1, 1.0)
+    lattice = lattice_of(plane, start, goal, 15 * DEG, steps)
+    scratch = make_scratch(lattice, len(near.near))
+    if room:
+        known = scratch.known
+        scratch = scratch._replace(
+            known=known._replace(questions=known.questions[:60].copy(), cells=known.cells[:room].copy())
+        )
+    again = 0
+    for _ in range(600):
+        i = int(rng.integers(2))
+        q = int(rng.integers(near.offsets[i], near.offsets[i + 1]))
+        change = int(rng.integers(20))
+        if change == 0:
+            j = int(rng.integers(plane.n))
+            lattice.path[j] = start[j] + np.linspace(0.0, 1.0, steps + 1)[:, None] * (goal[j] - start[j]) * rng.random()
+        elif change == 1:
+            lattice.last[i] = -1 if lattice.last[i, 0] >= 0 else lattice.first[i]
+        limit, count = (SLACK, 0.5)[change == 2], (steps, steps - 2)[change == 3]
+        before = scratch.known.written[1]
+        begin, end = remembered(plane.arms, near, lattice, i, q, limit, count, scratch)
+        again += scratch.known.written[1] == before and end > begin
+        marked(plane.arms, near, lattice, i, q, limit, count, scratch)
+        expected = scratch.blocked[: count + 1]
+        for k in range(1, count + 1):
+            low, high = window(lattice, i, k, count)
+            here = {
+                int(cell["alpha"]): int(cell["betas"]) for cell in scratch.known.cells[begin:end] if cell["step"] == k
+            }
+            assert here == {a: int(expected[k, a]) for a in range(low, high + 1) if expected[k, a]}
+    assert again > (100 if room is None else 0)
+    assert room is None or scratch.known.written[1] > 2 * room
+
+
+def test_only_nodes_that_can_be_reached_are_marked():
+    """And of those all that touch."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    near, steps = Neighbourhood.of(plane, 1.0), 14
+    start, goal = uniform_field(plane, 0, 1.0), uniform_field(plane, 1, 1.0)
+    lattice = lattice_of(plane, start, goal, 15 * DEG, steps)
+    lattice.path[:] = start[:, None] + np.linspace(0.0, 1.0, steps + 1)[:, None] * (goal - start)[:, None]
+    scratch, found, left = make_scratch(lattice, len(near.near)), 0, 0
+    for i in range(plane.n):
+        for q in range(near.offsets[i], near.offsets[i + 1]):
+            j = int(near.near[q]["arm"])
+            marked(plane.arms, near, lattice, i, q, 1.0, steps, scratch)
+            for k in range(1, steps + 1):
+                alphas, betas = (window_of(lattice, i, d, k, steps) for d in (0, 1))
+                for a, b in product(range(alphas[0], alphas[1] + 1), range(lattice.size[i, 1])):
+                    here = (lattice.alpha[i, a], lattice.beta[i, b])
+                    touches = not clearance(plane.arms, i, *here, j, *lattice.path[j, k]) >= 1.0
+                    reached = betas[0] <= b <= betas[1]
+                    assert bool((int(scratch.blocked[k, a]) >> b) & 1) == (touches and reached)
+                    found, left = found + (touches and reached), left + (touches and not reached)
+    assert found > 100
+    assert left > 10
 
 
 @kernel
@@ -167,7 +246,7 @@ def test_replanning_finds_the_cheapest_path():
     steps = 4
     lattice = lattice_of(plane, start, goal, 20 * DEG, steps)
     near = Neighbourhood.of(plane, 0.0)
-    scratch = make_scratch(lattice)
+    scratch = make_scratch(lattice, len(near.near))
     replan_one(plane.arms, near, lattice, 1, np.zeros(1, np.float32), np.zeros(1), scratch, 0.02, 0.01, steps)
     for price in (0.0, 0.3, 4.0):
         weight, limits = np.full(1, price, np.float32), np.full(1, SLACK)
@@ -221,29 +300,43 @@ def alone(arms, near, lattice, i, j, limit, scratch, most):
 
 
 @kernel
-def together(arms, near, lattice, i, j, apart, limits, respect, variety, scratch, steps, state):
-    clear, more = scratch.clear[0], steps + 2  # nodes that clear each other in more steps serve as well
-    find_clear_nodes(arms, lattice, i, j, apart, scratch, more, clear, False)
+def together(arms, near, lattice, i, j, table, limits, respect, variety, scratch, steps, state):
+    words = scratch.clear[0]
+    forget_clear(lattice, i, j, table.steps, words, False)
     joint_words(lattice, i, j, steps, scratch.begins)
-    return move_jointly(arms, near, lattice, i, j, clear, more, limits, respect, variety, scratch, steps, state)
+    return move_jointly(arms, near, lattice, i, j, words, table, limits, respect, variety, scratch, steps, state)
 
 
-@kernel
-def clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again):
-    find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again)
+@leaf
+def look_everywhere(arms, lattice, i, j, limit, words, steps, scratch, again):
+    forget_clear(lattice, i, j, steps, words, again)
+    apart = kept_apart(arms, lattice, i, j, limit, words, steps, scratch)
+    for a in range(lattice.size[i, 0]):
+        for b in range(lattice.size[i, 1]):
+            for c in range(lattice.size[j, 0]):
+                look(arms, lattice, i, a, b, j, c, apart)
 
 
 def test_nodes_that_clear_by_less_are_where_those_that_clear_by_more_are_looked_for():
     problem = exchange()
-    plane, steps = problem.plane, 12
-    lattice = lattice_of(plane, problem.start, problem.goal, 10 * DEG, 3)
-    scratch = make_scratch(lattice)
+    plane, steps, limit = problem.plane, 1000, 0.5
+    lattice = lattice_of(plane, problem.start, problem.goal, 20 * DEG, 3)
+    scratch = make_scratch(lattice, 0)
     scratch.clear[:] = 0
-    for table, (apart, again) in enumerate([(0.5, False), (0.1, False)]):
-        clear_nodes(plane.arms, lattice, 0, 1, apart, scratch, steps, scratch.clear[table], again)
+    for table, apart in enumerate([limit, 0.1]):
+        look_everywhere(plane.arms, lattice, 0, 1, apart, scratch.clear[table], steps, scratch, False)
     assert np.any(scratch.clear[0] != scratch.clear[1])
-    clear_nodes(plane.arms, lattice, 0, 1, 0.5, scratch, steps, scratch.clear[1], True)
+    look_everywhere(plane.arms, lattice, 0, 1, limit, scratch.clear[1], steps, scratch, True)
     np.testing.assert_array_equal(scratch.clear[1], scratch.clear[0])
+    size, alphas = lattice.size[0], lattice.size[1, 0]
+    words = scratch.clear[0][: size[0] * size[1] * alphas].reshape(*size, alphas)
+    held = 0
+    for a, b, c, d in product(*(range(0, m, 2) for m in (*lattice.size[0], *lattice.size[1]))):
+        here = (lattice.alpha[0, a], lattice.beta[0, b], 1, lattice.alpha[1, c], lattice.beta[1, d])
+        clear = bool((int(words[a, b, c]) >> d) & 1)
+        assert clear == (clearance(plane.arms, 0, *here) >= limit)
+        held += not clear
+    assert held > 10
 
 
 @pytest.mark.parametrize("turn", [36.0, 30.0])
@@ -259,7 +352,7 @@ def test_pairs_in_narrow_ranges_too():
 def as_breadth_first_says(problem, turn):
     plane, start, goal = problem.plane, problem.start, problem.goal
     lattice = lattice_of(plane, start, goal, turn * DEG, 3)
-    scratch = make_scratch(lattice)
+    scratch = make_scratch(lattice, 0)
     expected = joint_steps(plane, lattice, SLACK, 30)
     assert expected is not None
     assert alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 0, 1, SLACK, scratch, 60) == expected
@@ -268,10 +361,13 @@ def as_breadth_first_says(problem, turn):
     assert expected >= single
     for steps, possible in ((expected - 1, False), (expected, True), (expected + 3, True)):
         longer = lengthened(lattice, max(steps, lattice.steps))
-        scratch = make_scratch(longer)
         near = Neighbourhood.of(plane, 0.0)
+        scratch = make_scratch(longer, len(near.near))
         state = np.array([1], np.uint64)
-        answer = together(plane.arms, near, longer, 0, 1, SLACK, np.full(1, SLACK), 1.5, 0.5, scratch, steps, state)
+        table = np.array([(0, steps + 2, SLACK, 0)], TABLE)[
+            0
+        ]  # nodes that clear each other in more steps serve as well
+        answer = together(plane.arms, near, longer, 0, 1, table, np.full(1, SLACK), 1.5, 0.5, scratch, steps, state)
         assert answer == possible
     nodes = np.stack([nodes_of(longer, i) for i in range(2)])
     np.testing.assert_array_equal(nodes[:, steps], lattice.last)
@@ -291,7 +387,7 @@ def test_a_pair_that_never_gets_there():
     goal[1], start[1] = np.radians([95.0, 0.0]), np.radians([175.0, 20.0])
     lattice = lattice_of(plane, start, goal, 10 * DEG, 2)
     expected = joint_steps(plane, lattice, SLACK, 200)
-    found = alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 0, 1, SLACK, make_scratch(lattice), 200)
+    found = alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 0, 1, SLACK, make_scratch(lattice, 0), 200)
     assert found == (-1 if expected is None else expected)
 
 
@@ -310,7 +406,7 @@ def test_ways_past_what_never_moves():
         there = plane.replace(obstacles=posts)
         near = Neighbourhood.of(there, 0.0)
         lattice = lattice_of(there, start, goal, 6 * DEG, 2)
-        expected[name] = past_fixed(there.arms, near, lattice, 0, SLACK, make_scratch(lattice), 300)
+        expected[name] = past_fixed(there.arms, near, lattice, 0, SLACK, make_scratch(lattice, 0), 300)
     assert expected["free"] == np.abs(lattice.last - lattice.first).max()
     assert expected["post"] > expected["free"] + 10
     stiff = plane.replace(
@@ -319,7 +415,7 @@ def test_ways_past_what_never_moves():
     stiff = stiff.replace(obstacles=(near_post,))
     lattice = lattice_of(stiff, start, goal, 6 * DEG, 2)
     near = Neighbourhood.of(stiff, 0.0)
-    assert past_fixed(stiff.arms, near, lattice, 0, SLACK, make_scratch(lattice), 300) == -1
+    assert past_fixed(stiff.arms, near, lattice, 0, SLACK, make_scratch(lattice, 0), 300) == -1
 
 
 @kernel

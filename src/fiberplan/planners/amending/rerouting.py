@@ -136,7 +136,7 @@ class _Attempt:
     def run(self, amended: int, most: int) -> tuple[Trajectory, tuple[int, ...]] | None:
         """Everybody's motion and which positioners it changes, if `most` replans find paths that are proven."""
         lattice, search, arms, patch = self._lattice, self._search, self._patch.plane.arms, self._patch
-        scratch = make_scratch(lattice)
+        scratch = make_scratch(lattice, len(self._near.near))
         first, every = np.flatnonzero(patch.who == amended), np.arange(len(self._pairs))
         place_each(arms, self._near, lattice, search, scratch, first, lattice.steps)
         find_contacts(arms, lattice, self._pairs, every, self._limit, lattice.steps, search.contacts)

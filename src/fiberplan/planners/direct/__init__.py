@@ -26,7 +26,7 @@ Algorithm                                                             here
           there; if that is more than allowed, one goal is given up     `search.DirectSearch._lengthen_for`
  9    else path of i = the one of least sum over k of                 `single.replan`: dynamic programming over
         [ w_q for every neighbour in contact at k (pair q),             (a, b, k); nodes in contact by
-          a little for extension, a little for turning ]                `blocked_nodes.mark_blocked`
+          a little for extension, a little for turning ]                `blocked_nodes.mark_blocked`, `remembered`
 10    w_q += 1/2 for every pair q of i (or j) that still touches      `repair._update_contacts`
 11    who still touches what never moves: finer lattices, a way       `narrow.eased`,
         of its own, off which it is taken where others get stuck        `paths.Paths.take_off_ways`,

@@ -10,11 +10,10 @@ import numpy as np
 from fiberplan.kernels.arms import frame, point
 from fiberplan.kernels.clearance import clearance_within, meet
 from fiberplan.kernels.compile import inlined, leaf
-from fiberplan.planners.direct.lattice import beta_at, late_limit, window
+from fiberplan.planners.direct.lattice import beta_at, late_limit, window, window_of
 
 _ONE = np.uint64(1)
 _NONE = np.uint64(0)
-_TURN = 2.0 * np.pi
 _ROOM = 1e-6  # [mm] for rounding
 _LEAP = 8.0  # betas that one clearance may vouch for: measuring larger ones exactly costs more than it saves
 
@@ -94,35 +93,17 @@ def cannot_meet(arms, lattice, i, ex, ey, j, frame_j, limit):
     )
 
 
-@inlined
-def _among(lattice, i, low, high):
-    """The beta nodes of positioner i from `low` to `high` [rad], and perhaps a few beside them."""
-    count = lattice.size[i, 1]
-    first, last = lattice.beta[i, 0], lattice.beta[i, count - 1]
-    spacing = (last - first) / max(count - 2, 1)  # or more: one node may be extra
-    if high < first or low > last or not spacing > 0.0:
-        return _NONE if spacing > 0.0 else ~_NONE
-    lattice_spacing = (last - first) / max(count - 1, 1)
-    begin = max(int(np.floor((low - first) / spacing)) - 1, 0)
-    end = min(int(np.ceil((high - first) / lattice_spacing)) + 1, count - 1)
-    if end - begin >= 63:
-        return ~_NONE
-    return ((_ONE << np.uint64(end - begin + 1)) - _ONE) << np.uint64(begin)
-
-
 @leaf
-def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
-    """The beta nodes of positioner i at which circles about its pieces come within `limit` [mm] of those of arm j.
+def _betas_to_check(arms, lattice, i, a, trig, j, frame_j, limit):
+    """The beta nodes of positioner i at its alpha node `a` at which circles about its pieces come near those of arm j.
 
-    The elbow is at (ex, ey), and the first link points to `first` [rad]. A piece rides on a circle about the elbow, so
-    two circles come near each other over one interval of beta. Pieces of the first link are near at all betas or none.
+    Nearer than `limit` [mm], that is. Pieces of the first link are near at all betas or none.
     """
-    bits = _NONE
-    if lattice.size[i, 1] == 1:
-        return bit(0)
-    for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
+    bits, count, arm = _NONE, lattice.size[i, 1], arms.arm[i]
+    c1, s1 = trig[a, 0, 0], trig[a, 0, 1]
+    ex, ey = arm.x + arm.length * c1, arm.y + arm.length * s1
+    for p in range(arm.first_piece, arm.last_piece):
         mine = arms.piece[p]
-        ride = np.hypot(mine.u, mine.v)
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
             if not meet(arms, p, q):
                 continue
@@ -132,26 +113,19 @@ def _betas_to_check(arms, lattice, i, ex, ey, first, j, frame_j, limit):
             if not near > 0.0:
                 return ~_NONE
             if mine.link != 2:
-                c, s = (np.cos(first), np.sin(first)) if mine.link == 1 else (1.0, 0.0)
-                px = arms.arm[i].x + c * mine.u - s * mine.v
-                py = arms.arm[i].y + s * mine.u + c * mine.v
-                if _apart(px, py, x, y, near):
+                c, s = (c1, s1) if mine.link == 1 else (1.0, 0.0)
+                if _apart(arm.x + c * mine.u - s * mine.v, arm.y + s * mine.u + c * mine.v, x, y, near):
                     continue
                 return ~_NONE
-            far = np.hypot(x - ex, y - ey)
-            if far > ride + near or far < ride - near:
+            # the circles are nearer than that where link 2 points to (c, s) with c along + s across >= least
+            u, v, x, y = mine.u, mine.v, x - ex, y - ey
+            along, across = u * x + v * y, u * y - v * x
+            least = 0.5 * (u * u + v * v + x * x + y * y - near * near)
+            if least > 0.0 and least * least > along * along + across * across:
                 continue
-            if ride * far < 1e-9:
-                return ~_NONE
-            cosine = (ride * ride + far * far - near * near) / (2.0 * ride * far)
-            if cosine <= -1.0:
-                return ~_NONE
-            half = np.arccos(min(cosine, 1.0)) + 1e-9
-            middle = np.arctan2(y - ey, x - ex) - np.arctan2(mine.v, mine.u) - first - arms.arm[i].beta_zero
-            middle += _TURN * np.ceil((lattice.beta[i, 0] - middle - half) / _TURN)
-            while middle - half <= lattice.beta[i, lattice.size[i, 1] - 1]:
-                bits |= _among(lattice, i, middle - half, middle + half)
-                middle += _TURN
+            for b in range(count):
+                if trig[a, b + 1, 0] * along + trig[a, b + 1, 1] * across >= least:
+                    bits |= bit(b)
     return bits
 
 
@@ -165,11 +139,10 @@ def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, known):
     x, y = arms.arm[i].x + arms.arm[i].length * trig[a, 0, 0], arms.arm[i].y + arms.arm[i].length * trig[a, 0, 1]
     if cannot_meet(arms, lattice, i, x, y, j, frame_j, limit):
         return bits
-    first = lattice.alpha[i, a] + arms.arm[i].alpha_zero
-    doubtful = _betas_to_check(arms, lattice, i, x, y, first, j, frame_j, limit)
+    doubtful = _betas_to_check(arms, lattice, i, a, trig, j, frame_j, limit) & ~known
     b = 0
     while b < lattice.size[i, 1]:
-        if not holds(doubtful, b) or holds(known, b):
+        if not holds(doubtful, b):
             b += 1
             continue
         at = node_frame(arms, i, trig, a, b)
@@ -184,20 +157,43 @@ def blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, known):
     return bits
 
 
+@inlined
+def _rests_until(lattice, j, k, steps):
+    """The last step up to which arm j stays where it is after step k."""
+    while (
+        k < steps
+        and lattice.path[j, k + 1, 0] == lattice.path[j, k, 0]
+        and lattice.path[j, k + 1, 1] == lattice.path[j, k, 1]
+    ):
+        k += 1
+    return k
+
+
+@inlined
+def _unreached(lattice, i, first, last, steps):
+    """The beta nodes that positioner i cannot be at after any of the steps `first` to `last`, on a path of `steps`."""
+    low, high = window_of(lattice, i, 1, first, steps)
+    for k in range(first + 1, last + 1):
+        a, b = window_of(lattice, i, 1, k, steps)
+        low, high = min(low, a), max(high, b)
+    if high < low:
+        return ~_NONE
+    reached = (~_NONE if high - low >= 63 else bit(high - low + 1) - _ONE) << np.uint64(low)
+    return ~reached
+
+
 @leaf
 def _mark_late(arms, lattice, i, trig, motion, j, apart, steps, row, blocked):
     """Add the nodes of positioner i that arm j blocks where it is a few steps before or after, if that counts."""
     first = 0
     while first <= steps and lattice.delay > 0:
-        x, y, last = lattice.path[j, first, 0], lattice.path[j, first, 1], first
-        while last < steps and lattice.path[j, last + 1, 0] == x and lattice.path[j, last + 1, 1] == y:
-            last += 1
+        last = _rests_until(lattice, j, first, steps)
         begin, end = max(1, first - lattice.delay), min(steps, last + lattice.delay)
         low, high = lattice.size[i, 0], -1
         for k in range(begin, end + 1):
             a, b = window(lattice, i, k, steps)
             low, high = min(low, a), max(high, b)
-        frame_j = frame(arms, j, x, y)
+        frame_j = frame(arms, j, lattice.path[j, first, 0], lattice.path[j, first, 1])
         for a in range(low, high + 1):
             row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, apart, _NONE)
         for k in range(begin, end + 1):
@@ -214,18 +210,19 @@ def mark_blocked(arms, lattice, i, trig, motion, j, pair, limit, steps, row, blo
     `row` (A,) is scratch: while j waits, what it blocks is found once.
     """
     _mark_late(arms, lattice, i, trig, motion, j, late_limit(lattice, pair), steps, row, blocked)
-    known_low, known_high = 0, -1
+    known_low, known_high, rests, elsewhere = 0, -1, 0, _NONE
     frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
     for k in range(1, steps + 1):
-        pose = lattice.path[j, k]
-        if pose[0] != lattice.path[j, k - 1, 0] or pose[1] != lattice.path[j, k - 1, 1]:
-            frame_j = frame(arms, j, pose[0], pose[1])
+        if k > rests:
+            rests = _rests_until(lattice, j, k, steps)
+            frame_j = frame(arms, j, lattice.path[j, k, 0], lattice.path[j, k, 1])
+            elsewhere = _unreached(lattice, i, k, rests, steps)
             known_low, known_high = 0, -1
         low, high = window(lattice, i, k, steps)
         for a in range(low, high + 1):
             if known_low <= a <= known_high:
                 continue
-            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, _NONE)
+            row[a] = blocked_betas(arms, lattice, i, a, trig, motion, j, frame_j, limit, elsewhere) & ~elsewhere
         for a in range(low, high + 1):
             blocked[k, a] |= row[a]
         if known_high < known_low:

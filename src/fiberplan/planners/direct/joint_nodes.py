@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
-from fiberplan.planners.direct.blocked_nodes import beta_motion, bit, blocked_betas, holds, node_frame
+from fiberplan.planners.direct.blocked_nodes import bit, blocked_betas, holds, node_frame
 from fiberplan.planners.direct.lattice import between, window
 
 _NONE = np.uint64(0)
 _ONE = np.uint64(1)
+UNSEEN = np.uint64(1 << 63)  #: nobody has so many betas
 
 
 class Block(NamedTuple):
@@ -25,6 +26,17 @@ class Block(NamedTuple):
     low_other: int  #: and of the other
     betas: int  #: of the one
     width: int  #: how many alphas of the other
+
+
+class Apart(NamedTuple):
+    """Where two positioners keep a clearance from each other, as far as that has been looked up."""
+
+    words: np.ndarray  #: (A B A,) uint64; marked `UNSEEN`: no other betas are clear, but these need not be
+    block: Block  #: of the words
+    limit: float  #: the clearance [mm]
+    motion: float  #: of the other from one beta node to the next, at most [mm]
+    trig: np.ndarray  #: (A, B + 1, 2) link directions of the one at its nodes
+    trig_other: np.ndarray  #: and of the other
 
 
 @inlined
@@ -60,37 +72,41 @@ def joint_words(lattice, i, j, steps, begins):
     return begins[steps + 1]
 
 
-@leaf
-def mark_clear(arms, lattice, i, j, limit, trig_i, trig_j, steps, clear, again):
-    """Fill `clear`: for every node (a, b) of i and alpha node c of j, the betas of j at which both keep `limit` [mm].
+@inlined
+def look(arms, lattice, i, a, b, j, c, apart):
+    """The betas of positioner j at its alpha node c at which it keeps the clearance `apart` from i at node (a, b).
 
-    Betas that i cannot have in so many steps are clear of nothing. `again`: it has been filled with a smaller limit,
-    and what was not clear then is not clear now.
+    `apart` holds what is known already, in its words. Starts clear each other, and so do goals, whatever the clearance:
+    the problem has checked that.
     """
-    motion = beta_motion(arms, lattice, j)
-    count = lattice.size[j, 1]
-    every = ~_NONE if count == 64 else bit(count) - _ONE
+    at = row_of(apart.block, a, b) + c
+    known = ~(apart.words[at] & ~UNSEEN)
+    frame_i = node_frame(arms, i, apart.trig, a, b)
+    blocked = blocked_betas(arms, lattice, j, c, apart.trig_other, apart.motion, i, frame_i, apart.limit, known)
+    clear = ~blocked & ~UNSEEN
+    if a == lattice.first[i, 0] and b == lattice.first[i, 1] and c == lattice.first[j, 0]:
+        clear |= bit(lattice.first[j, 1])
+    if a == lattice.last[i, 0] and b == lattice.last[i, 1] and c == lattice.last[j, 0]:
+        clear |= bit(lattice.last[j, 1])
+    apart.words[at] = clear
+
+
+@leaf
+def forget_clear(lattice, i, j, steps, words, again):
+    """Nothing is known in `words` of where i and j clear each other, of all nodes that they can have in so many steps.
+
+    `again`: `words` are of a smaller clearance, and what was not clear then is not clear now.
+    """
     low_a, high_a = between(lattice, i, 0, steps)
     low_b, high_b = between(lattice, i, 1, steps)
-    low_c, high_c = between(lattice, j, 0, steps)
+    low_d, high_d = between(lattice, j, 1, steps)
     block = block_of_all(lattice, i, j, steps)
+    every = (bit(high_d - low_d + 1) - _ONE) << np.uint64(low_d)
     for a in range(low_a, high_a + 1):
         for b in range(lattice.size[i, 1]):
-            row = row_of(block, a, b)
-            if b < low_b or b > high_b:
-                for c in range(low_c, high_c + 1):
-                    clear[row + c] = _NONE
-                continue
-            frame_i = node_frame(arms, i, trig_i, a, b)
-            for c in range(low_c, high_c + 1):
-                known = every & ~clear[row + c] if again else _NONE
-                clear[row + c] = every & ~blocked_betas(arms, lattice, j, c, trig_j, motion, i, frame_i, limit, known)
-    # the problem has checked that both starts and both goals are clear, which a larger limit must not deny
-    row = row_of(block, lattice.first[i, 0], lattice.first[i, 1])
-    clear[row + lattice.first[j, 0]] |= bit(lattice.first[j, 1])
-    if lattice.last[i, 0] >= 0 and lattice.last[j, 0] >= 0:
-        row = row_of(block, lattice.last[i, 0], lattice.last[i, 1])
-        clear[row + lattice.last[j, 0]] |= bit(lattice.last[j, 1])
+            row = row_of(block, a, b) + block.low_other
+            for at in range(row, row + block.width):
+                words[at] = (words[at] if again else every) | UNSEEN if low_b <= b <= high_b else _NONE
 
 
 @inlined
@@ -102,11 +118,12 @@ def _add_shifted(source, shift, target):
 
 
 @leaf
-def advance(lattice, i, j, k, steps, reach, here, there, turned, clear, clear_block, blocked_i, blocked_j):
+def advance(arms, lattice, i, j, k, steps, reach, here, there, turned, apart, blocked_i, blocked_j):
     """Fill block `there` of `reach` with where both can be after step k + 1; returns whether anywhere.
 
     Block `here` says where they can be after step k; `blocked_i` and `blocked_j` (A,) are the nodes of either that are
-    blocked after step k + 1. Whole rows are joined at a time, which the compiler does several words at once.
+    blocked after step k + 1. Whole rows are joined at a time, which the compiler does several words at once. Whether
+    the two keep `apart` is looked up where they can get.
     """
     low_i, high_i = window(lattice, i, k, steps)
     low_j, high_j = window(lattice, j, k, steps)
@@ -146,10 +163,17 @@ def advance(lattice, i, j, k, steps, reach, here, there, turned, clear, clear_bl
             for x in range(max(a - pace_a, low_i), min(a + pace_a, high_i) + 1):
                 at = row_of(turned_block, x, b) + next_low_j
                 _add_shifted(turned[1, at : at + turned_width], 0, now)
-            at = row_of(clear_block, a, b) + next_low_j
-            free = clear[at : at + turned_width]
+            at = row_of(apart.block, a, b) + next_low_j
+            free, unseen = apart.words[at : at + turned_width], _NONE
             for c in range(len(now)):
-                now[c] &= free[c] & ~shut[c]
+                now[c] &= ~shut[c]
+                unseen |= free[c] if now[c] != _NONE else _NONE
+            if unseen & UNSEEN != _NONE:
+                for c in range(len(now)):
+                    if now[c] != _NONE and free[c] & UNSEEN != _NONE:
+                        look(arms, lattice, i, a, b, j, next_low_j + c, apart)
+            for c in range(len(now)):
+                now[c] &= free[c] & ~UNSEEN
                 anywhere |= now[c]
     return anywhere != _NONE
 

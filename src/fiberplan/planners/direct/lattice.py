@@ -9,8 +9,8 @@ A positioner for whom there is only one way past what never moves (`fiberplan.pl
 of that way alone: its alpha nodes are the places it is at after each step, one beta node and what `ways` adds to it
 being the betas there. It may wait and go back, but nowhere else.
 
-The size of a lattice is bounded whatever the speeds and ranges: a move has at most `MOST_STEPS` steps, a beta
-`MOST_BETAS` nodes, and an alpha those of its move and a turn beyond either end.
+The size of a lattice is bounded whatever the speeds and ranges: a move has at most `MOST_STEPS` steps, a beta fewer
+than `MOST_BETAS` nodes, and an alpha those of its move and a turn beyond either end.
 """
 
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from fiberplan.kernels.compile import inlined, kernel
 from fiberplan.planners.direct.extents import extents
 from fiberplan.tolerances import UNDER_LIMIT
 
-MOST_BETAS = 64  #: nodes of the second joint: a set of them is one machine word
+MOST_BETAS = 64  #: there are fewer nodes of the second joint: a set of them, and a mark, is one machine word
 MOST_STEPS = 128  #: of the move that takes longest; beyond that steps last longer, and nodes lie farther apart
 _ASIDE = 2.0 * np.pi  # [rad] beyond start and goal that an alpha may turn on its path: once around
 _SAME = 1e-12  # [rad] a node this close to the start is the start
@@ -259,9 +259,15 @@ def lengthened(lattice: Lattice, steps: int) -> Lattice:
 @inlined
 def window(lattice, i, k, steps):
     """First and last alpha node that positioner i can be at after step k, coming from its start, going to its goal."""
-    pace, goal = lattice.pace[i, 0], lattice.last[i, 0]
+    return window_of(lattice, i, 0, k, steps)
+
+
+@inlined
+def window_of(lattice, i, d, k, steps):
+    """The same for its joint d."""
+    pace, goal = lattice.pace[i, d], lattice.last[i, d]
     gone, left = k * pace, (steps - k) * pace
-    low, high = max(0, lattice.first[i, 0] - gone), min(lattice.size[i, 0] - 1, lattice.first[i, 0] + gone)
+    low, high = max(0, lattice.first[i, d] - gone), min(lattice.size[i, d] - 1, lattice.first[i, d] + gone)
     if goal >= 0:
         low, high = max(low, goal - left), min(high, goal + left)
     return low, high

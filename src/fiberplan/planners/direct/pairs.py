@@ -9,18 +9,20 @@ import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.kernels.randoms import uniform
-from fiberplan.planners.direct.blocked_nodes import beta_motion, bit, holds, link_directions, mark_blocked
+from fiberplan.planners.direct.blocked_nodes import beta_motion, bit, holds, link_directions
 from fiberplan.planners.direct.joint_nodes import (
+    Apart,
     Block,
     advance,
     block_after,
     block_of_all,
-    mark_clear,
+    forget_clear,
     row_of,
     start_in,
 )
 from fiberplan.planners.direct.lattice import beta_at, put, window
 from fiberplan.planners.direct.past_fixed import mark_blocked_by_stationary
+from fiberplan.planners.direct.remembered import blocked_cells
 
 UNKNOWN = -2  #: steps that a pair needs where finding out would take too long
 _MOST_LOOKS = 2**29  # words times steps that finding out may take: a few seconds
@@ -112,13 +114,13 @@ def _slack(lattice, i, steps):
 
 
 @leaf
-def _mark_blocked_by_others(arms, near, lattice, i, partner, trig, limits, respect, steps, row, blocked, state):
+def _mark_blocked_by_others(arms, near, lattice, i, partner, trig, limits, respect, steps, scratch, blocked, state):
     """Fill `blocked` with what the neighbours of i other than `partner` block, unless they are taken to make room.
 
     The more slack a neighbour has, the likelier it is taken to; with `respect` 1.5 none is, with 0 all are that can
     move.
     """
-    motion = beta_motion(arms, lattice, i)
+    motion, known = beta_motion(arms, lattice, i), scratch.known
     for k in range(steps + 1):
         for a in range(lattice.size[i, 0]):
             blocked[k, a] = _NONE
@@ -128,22 +130,25 @@ def _mark_blocked_by_others(arms, near, lattice, i, partner, trig, limits, respe
             continue
         if lattice.fixed[m] or uniform(state) * (0.5 + _slack(lattice, m, steps)) < respect:
             pair = near.near[q].pair
-            mark_blocked(arms, lattice, i, trig, motion, m, pair, limits[pair], steps, row, blocked)
+            begin, end = blocked_cells(arms, near, lattice, i, q, trig, motion, limits[pair], steps, scratch.row, known)
+            for c in range(begin, end):
+                blocked[known.cells[c].step, known.cells[c].alpha] |= known.cells[c].betas
 
 
 @leaf
-def find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, clear, again):
-    """Fill `clear` (A B A,) with where positioners i and j clear each other by `apart` [mm], for `move_jointly`.
+def kept_apart(arms, lattice, i, j, limit, words, steps, scratch):
+    """What `words` know of where positioners i and j clear each other by `limit` [mm], of nodes in so many steps.
 
-    `again`: it says where they clear each other by less.
+    Only for leaves: these do not count references to arrays that they are handed, or handed back.
     """
     link_directions(arms, lattice, i, scratch.trig)
     link_directions(arms, lattice, j, scratch.trig_other)
-    mark_clear(arms, lattice, i, j, apart, scratch.trig, scratch.trig_other, steps, clear, again)
+    block, motion = block_of_all(lattice, i, j, steps), beta_motion(arms, lattice, j)
+    return Apart(words, block, limit, motion, scratch.trig, scratch.trig_other)
 
 
 @leaf
-def move_jointly(arms, near, lattice, i, j, clear, clear_steps, limits, respect, variety, scratch, steps, state):
+def move_jointly(arms, near, lattice, i, j, words, table, limits, respect, variety, scratch, steps, state):
     """Put positioners i and j on paths clear of each other and of their neighbours, if there are any.
 
     `joint_words`, which has to fit into `scratch.reach`, comes first.
@@ -154,8 +159,8 @@ def move_jointly(arms, near, lattice, i, j, clear, clear_steps, limits, respect,
         lattice: everybody's paths.
         i: one positioner.
         j: the other.
-        clear: where they clear each other: `find_clear_nodes`,
-        clear_steps: in so many steps, or fewer.
+        words: what is known of where they clear each other; more after this.
+        table: a TABLE of it.
         limits: (pairs,) clearance to keep from others [mm].
         respect: how much the paths of neighbours count, from 1.5, all of them, to 0, only of those that cannot move.
         variety: from 0, the path that is folded most, to 1, anything like it.
@@ -166,21 +171,17 @@ def move_jointly(arms, near, lattice, i, j, clear, clear_steps, limits, respect,
     Returns:
         whether there was a path.
     """
-    link_directions(arms, lattice, i, scratch.trig)
-    link_directions(arms, lattice, j, scratch.trig_other)
+    apart = kept_apart(arms, lattice, i, j, table.apart, words, table.steps, scratch)
     trig_i, trig_j, reach, begins = scratch.trig, scratch.trig_other, scratch.reach, scratch.begins
-    row, blocked, blocked_other = scratch.row, scratch.blocked, scratch.blocked_other
-    _mark_blocked_by_others(arms, near, lattice, i, j, trig_i, limits, respect, steps, row, blocked, state)
-    _mark_blocked_by_others(arms, near, lattice, j, i, trig_j, limits, respect, steps, row, blocked_other, state)
-    clear_block = block_of_all(lattice, i, j, clear_steps)
+    blocked, blocked_other = scratch.blocked, scratch.blocked_other
+    _mark_blocked_by_others(arms, near, lattice, i, j, trig_i, limits, respect, steps, scratch, blocked, state)
+    _mark_blocked_by_others(arms, near, lattice, j, i, trig_j, limits, respect, steps, scratch, blocked_other, state)
     here, end = block_after(lattice, i, j, 0, steps, 0)
     start_in(lattice, i, j, reach, here, end)
     for k in range(steps):
         there, _ = block_after(lattice, i, j, k + 1, steps, begins[k + 1])
-        if not advance(
-            lattice, i, j, k, steps, reach, here, there, scratch.turned, clear, clear_block, blocked[k + 1],
-            blocked_other[k + 1],
-        ):  # fmt: skip
+        shut, shut_other = blocked[k + 1], blocked_other[k + 1]
+        if not advance(arms, lattice, i, j, k, steps, reach, here, there, scratch.turned, apart, shut, shut_other):
             return False
         here = there
     if not _joint_end(lattice, i, j, reach, here, steps, scratch.end):
@@ -197,26 +198,22 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
     `most + 1` says that it takes more, `UNKNOWN` that there are too many joint nodes to find out. Never means on these
     lattices.
     """
-    trig_i, trig_j, reach, clear = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear[0]
+    trig_i, trig_j, reach, words = scratch.trig, scratch.trig_other, scratch.reach, scratch.clear[0]
     scratch.clear_for[0].pair = -1
     size = lattice.size[i, 0] * lattice.size[i, 1] * lattice.size[j, 0]
     if 2 * size > len(reach) or size * most > _MOST_LOOKS:
         return UNKNOWN
-    link_directions(arms, lattice, i, trig_i)
-    link_directions(arms, lattice, j, trig_j)
-    mark_clear(arms, lattice, i, j, apart, trig_i, trig_j, _UNBOUNDED, clear, False)
+    forget_clear(lattice, i, j, _UNBOUNDED, words, False)
+    known = kept_apart(arms, lattice, i, j, apart, words, _UNBOUNDED, scratch)
     blocked_i, blocked_j = scratch.blocked[0], scratch.blocked_other[0]
     mark_blocked_by_stationary(arms, near, lattice, i, trig_i, limit, blocked_i)
     mark_blocked_by_stationary(arms, near, lattice, j, trig_j, limit, blocked_j)
     for word in range(2 * size):
         reach[word] = _NONE
-    clear_block = block_of_all(lattice, i, j, _UNBOUNDED)
-    here, there = clear_block, Block(size, 0, 0, lattice.size[i, 1], lattice.size[j, 0])
+    here, there = known.block, Block(size, 0, 0, lattice.size[i, 1], lattice.size[j, 0])
     start_in(lattice, i, j, reach, here, size)
     for k in range(most):
-        advance(
-            lattice, i, j, k, _UNBOUNDED, reach, here, there, scratch.turned, clear, clear_block, blocked_i, blocked_j
-        )
+        advance(arms, lattice, i, j, k, _UNBOUNDED, reach, here, there, scratch.turned, known, blocked_i, blocked_j)
         low_i, high_i = window(lattice, i, k + 1, _UNBOUNDED)
         low_j, high_j = window(lattice, j, k + 1, _UNBOUNDED)
         grown = False

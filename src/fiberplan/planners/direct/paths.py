@@ -82,7 +82,7 @@ class Paths:
         self.lattice = make_lattice(plane, problem.start, goal, plane.online, self.duration, *self._spacing)
         self.fineness = np.zeros(plane.n, np.int64)  #: of everybody's lattice
         self.widest_turn = float(np.nanmax(np.diff(self.lattice.alpha, axis=1), initial=0.0))  #: of an alpha [rad]
-        self._scratch = make_scratch(self.lattice)
+        self._scratch = make_scratch(self.lattice, len(near.near))
         self._barred: dict[int, float] = {}  # pairs without a path past each other at this clearance [mm]
         self.search = make_search(plane.n, len(self.pairs), self.limit, seed)
 
@@ -122,7 +122,7 @@ class Paths:
     def _place_alone(self, who: np.ndarray) -> None:
         """Put positioners `who` (m,) on their cheapest paths as if nobody else were there, wherever others are put."""
         nobody = self.near._replace(offsets=read_only(np.zeros_like(self.near.offsets), np.int64))
-        place_each(self._arms, nobody, self.lattice, self.search, make_scratch(self.lattice), who, self.steps)
+        place_each(self._arms, nobody, self.lattice, self.search, make_scratch(self.lattice, 0), who, self.steps)
 
     def update_contacts(self, who: np.ndarray | None = None) -> None:
         """Find all pairs that touch, or which of those of arms `who` (m,) do, the only ones with new paths."""
@@ -163,7 +163,7 @@ class Paths:
         """Let there be so many steps, if there are fewer."""
         if steps > self.steps:
             self.lattice = lengthened(self.lattice, steps)
-            self._scratch = make_scratch(self.lattice, self._scratch)
+            self._make_scratch(same_nodes=True)
             self.steps = steps
 
     @property
@@ -175,7 +175,7 @@ class Paths:
         """Take the paths of a solution again."""
         same = self.lattice.beta is solution.lattice.beta  # nodes, as far as pairs that were searched jointly go
         self.steps, self.lattice = solution
-        self._scratch = make_scratch(self.lattice, self._scratch if same else None)
+        self._make_scratch(same_nodes=same)
         self.update_contacts()
 
     def cut(self, solution: Solution, steps: int) -> None:
@@ -225,9 +225,12 @@ class Paths:
             self.change_fineness(np.array(on_ways), np.full(len(on_ways), FINEST))
         return len(on_ways) > 0
 
+    def _make_scratch(self, same_nodes: bool) -> None:
+        self._scratch = make_scratch(self.lattice, len(self.near.near), self._scratch, same_nodes)
+
     def _forget(self, who: np.ndarray) -> None:
         """Forget what was found on other lattices of positioners `who` (m,)."""
-        self._scratch = make_scratch(self.lattice)
+        self._make_scratch(same_nodes=False)
         search = self.search
         mine = np.isin(self.pairs, who).any(axis=1)
         self._unbar(who)

@@ -127,14 +127,14 @@ def place_each(arms, near, lattice, search, scratch, who, steps):
 def _join(arms, near, lattice, search, scratch, pair, i, j, limit, steps):
     """Move a pair jointly; returns False if it needs more steps than there are."""
     variety = min(1.0, 0.2 * search.joined[pair])
-    table = table_for(arms, lattice, i, j, pair, search.joint_limits[pair], scratch, steps)
-    clear, clear_steps = scratch.clear[table], scratch.clear_for[table].steps
+    table = table_for(lattice, i, j, pair, search.joint_limits[pair], scratch, steps)
+    known, known_for = scratch.clear[table], scratch.clear_for[table]
     for n in range(min(search.joined[pair], len(_RESPECT) - 1), len(_RESPECT)):
         search.work[0].joint_moves += 1
         search.work[0].joint_words += scratch.begins[steps + 1]
         limits, respect = search.limits, _RESPECT[n]
         if move_jointly(
-            arms, near, lattice, i, j, clear, clear_steps, limits, respect, variety, scratch, steps, search.state
+            arms, near, lattice, i, j, known, known_for, limits, respect, variety, scratch, steps, search.state
         ):
             search.joined[pair] += 1
             search.held[i] = search.held[j] = _HELD

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fiberplan.kernels.compile import leaf
+from fiberplan.planners.direct.joint_nodes import forget_clear
 from fiberplan.planners.direct.lattice import Lattice
-from fiberplan.planners.direct.pairs import find_clear_nodes
+from fiberplan.planners.direct.remembered import Remembered, remember
 
 _MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs more is not moved jointly
 _MOST_TABLES = 12  # of where two clear each other: a few pairs are moved again and again
@@ -42,19 +43,21 @@ class Scratch(NamedTuple):
     clear: np.ndarray  # (tables, A B A) uint64: where pairs clear each other, of the pairs moved jointly last
     clear_for: np.ndarray  # (tables,) TABLE: of which pair, and so on
     end: np.ndarray  # (4,)
+    known: Remembered  # which nodes neighbours block
 
 
-def make_scratch(lattice: Lattice, before: Scratch | None = None) -> Scratch:
+def make_scratch(lattice: Lattice, neighbours: int, before: Scratch | None = None, same_nodes: bool = True) -> Scratch:
     """Room for the largest lattice, and for the joint nodes of any pair up to a limit.
 
-    Of `reach` only what a pair needs is ever touched, so only that much memory is taken. What `before` knows of where
-    pairs clear each other stays known, if it is of the same lattices.
+    Of `reach` only what a pair needs is ever touched, so only that much memory is taken. What `before` knows stays
+    known: where pairs clear each other, if it is of the same lattices, and which nodes are blocked, on lists of so many
+    `neighbours`.
     """
     a, b, k = lattice.alpha.shape[1], lattice.beta.shape[1], lattice.steps + 1
     word = np.uint64
     tables = np.zeros(max(1, min(_MOST_TABLES, _MOST_WORDS // (2 * a * b * a))), TABLE)
     tables["pair"] = -1
-    if before is not None and before.clear.shape == (len(tables), a * b * a):
+    if before is not None and same_nodes and before.clear.shape == (len(tables), a * b * a):
         clear, tables = before.clear, before.clear_for
     else:
         clear = np.empty((len(tables), a * b * a), word)
@@ -74,14 +77,15 @@ def make_scratch(lattice: Lattice, before: Scratch | None = None) -> Scratch:
         clear=clear,
         clear_for=tables,
         end=np.empty(4, np.int64),
+        known=remember(lattice, neighbours, None if before is None else before.known),
     )
 
 
 @leaf
-def table_for(arms, lattice, i, j, pair, apart, scratch, steps):
-    """Which of the tables in `scratch.clear` says where i and j clear each other by `apart` [mm]; filled if new.
+def table_for(lattice, i, j, pair, apart, scratch, steps):
+    """Which of the tables in `scratch.clear` is for where i and j clear each other by `apart` [mm]; empty if new.
 
-    One for more steps serves as well; one for a smaller clearance is filled on.
+    One for more steps serves as well; one for a smaller clearance knows what is not clear.
     """
     tables = scratch.clear_for
     latest = mine = 0
@@ -100,5 +104,5 @@ def table_for(arms, lattice, i, j, pair, apart, scratch, steps):
     if not again or here.apart < apart:
         steps = here.steps if again else steps
         here.pair, here.steps, here.apart = pair, steps, apart
-        find_clear_nodes(arms, lattice, i, j, apart, scratch, steps, scratch.clear[mine], again)
+        forget_clear(lattice, i, j, steps, scratch.clear[mine], again)
     return mine

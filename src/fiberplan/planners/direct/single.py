@@ -7,8 +7,9 @@ little for every joint that turned, and a little for standing extended, so that 
 import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
-from fiberplan.planners.direct.blocked_nodes import beta_motion, holds, link_directions, mark_blocked
+from fiberplan.planners.direct.blocked_nodes import beta_motion, holds, link_directions
 from fiberplan.planners.direct.lattice import put, window
+from fiberplan.planners.direct.remembered import blocked_cells
 
 _NOWHERE = np.float32(np.inf)
 
@@ -16,7 +17,7 @@ _NOWHERE = np.float32(np.inf)
 @leaf
 def _charge(arms, near, lattice, i, weight, limits, scratch, steps):
     """Fill the price of every node after every step: the weights of the neighbours that are touched there."""
-    price, blocked, row, trig = scratch.price, scratch.blocked, scratch.row, scratch.trig
+    price, row, trig, known = scratch.price, scratch.row, scratch.trig, scratch.known
     count = lattice.size[i, 1]
     link_directions(arms, lattice, i, trig)
     motion = beta_motion(arms, lattice, i)
@@ -27,19 +28,12 @@ def _charge(arms, near, lattice, i, weight, limits, scratch, steps):
                 price[k, a, b] = np.float32(0.0)
     for q in range(near.offsets[i], near.offsets[i + 1]):
         pair = near.near[q].pair
-        for k in range(steps + 1):
-            low, high = window(lattice, i, k, steps)
-            for a in range(low, high + 1):
-                blocked[k, a] = np.uint64(0)
-        mark_blocked(arms, lattice, i, trig, motion, near.near[q].arm, pair, limits[pair], steps, row, blocked)
-        for k in range(1, steps + 1):
-            low, high = window(lattice, i, k, steps)
-            for a in range(low, high + 1):
-                bits = blocked[k, a]
-                if bits != np.uint64(0):
-                    for b in range(count):
-                        if holds(bits, b):
-                            price[k, a, b] += weight[pair]
+        begin, end = blocked_cells(arms, near, lattice, i, q, trig, motion, limits[pair], steps, row, known)
+        for c in range(begin, end):
+            k, a, bits = known.cells[c].step, known.cells[c].alpha, known.cells[c].betas
+            for b in range(count):
+                if holds(bits, b):
+                    price[k, a, b] += weight[pair]
 
 
 @inlined
