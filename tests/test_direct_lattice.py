@@ -15,7 +15,8 @@ from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions, mark_blocked
 from fiberplan.planners.direct.contacts import find_contacts, steps_in_contact
 from fiberplan.planners.direct.joint_nodes import forget_clear, joint_words, look
-from fiberplan.planners.direct.lattice import MOST_BETAS, lengthened, make_lattice, step_length, window, window_of
+from fiberplan.planners.direct.lattice import lengthened, make_lattice, window, window_of
+from fiberplan.planners.direct.nodes import MOST_BETAS, step_length
 from fiberplan.planners.direct.pairs import kept_apart, move_jointly, steps_alone
 from fiberplan.planners.direct.past_fixed import steps_past_fixed
 from fiberplan.planners.direct.remembered import blocked_cells

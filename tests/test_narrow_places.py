@@ -10,7 +10,8 @@ from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.planners.direct import narrow
 from fiberplan.planners.direct import search as search_module
 from fiberplan.planners.direct.improving import shorten
-from fiberplan.planners.direct.lattice import MOST_BETAS, make_lattice, refined, step_length
+from fiberplan.planners.direct.lattice import make_lattice, refined
+from fiberplan.planners.direct.nodes import MOST_BETAS, step_length
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
 from fiberplan.planners.direct.search import DirectSearch

@@ -8,7 +8,8 @@ import pytest
 import fiberplan as fp
 from fiberplan.errors import ProblemError
 from fiberplan.planners import PLANNERS, amend
-from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS, make_lattice, step_length
+from fiberplan.planners.direct.lattice import make_lattice
+from fiberplan.planners.direct.nodes import MOST_BETAS, MOST_STEPS, step_length
 from fiberplan.planners.direct.scratch import make_scratch
 from fiberplan.planners.shared.memory import MOST_BYTES, refuse_large
 from fiberplan.scenes.uniform import uniform_field

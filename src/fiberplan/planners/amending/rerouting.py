@@ -16,7 +16,8 @@ from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
 from fiberplan.planners.amending.subarray import patch_around, with_part
 from fiberplan.planners.direct.contacts import find_contacts
-from fiberplan.planners.direct.lattice import Lattice, make_lattice, step_length
+from fiberplan.planners.direct.lattice import Lattice, make_lattice
+from fiberplan.planners.direct.nodes import step_length
 from fiberplan.planners.direct.repair import (
     SOLVED,
     Search,

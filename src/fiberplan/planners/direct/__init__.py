@@ -9,7 +9,7 @@ configurations reach a target, `goals.goals_in_time` has chosen one: the quickes
 Algorithm                                                             here
 ---------------------------------------------------------------------------------------------------------------------
  1  K tau = the largest joint travel over its speed; a lattice for    `paths.Paths`, `lattice.make_lattice`,
-      each positioner through its goal, its start one more node         `lattice.step_length`, `extents`
+      each positioner through its goal, its start one more node         `nodes.step_length`, `extents`
  2  K = what any positioner needs past arms that never move, on a     `narrow.steps_past_fixed`,
       finer lattice or on a way of its own where the first is too       `past_fixed.steps_past_fixed`,
       coarse; if that is more than allowed, another configuration       `passages.way_past_fixed`,

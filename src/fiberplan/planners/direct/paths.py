@@ -7,15 +7,8 @@ import numpy as np
 from fiberplan.arrays import read_only
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct.contacts import find_contacts
-from fiberplan.planners.direct.lattice import (
-    MOST_STEPS,
-    Lattice,
-    lengthened,
-    make_lattice,
-    on_its_way,
-    refined,
-    step_length,
-)
+from fiberplan.planners.direct.lattice import Lattice, lengthened, make_lattice, on_its_way, refined
+from fiberplan.planners.direct.nodes import MOST_STEPS, step_length
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.repair import (
     SOLVED,

@@ -21,8 +21,8 @@ from fiberplan.motion import Trajectory
 from fiberplan.plan import Bound, Plan
 from fiberplan.planners.direct.goals import Goals, goals_in_time
 from fiberplan.planners.direct.improving import react, shorten
-from fiberplan.planners.direct.lattice import MOST_BETAS, MOST_STEPS
 from fiberplan.planners.direct.losses import Losses
+from fiberplan.planners.direct.nodes import MOST_BETAS, MOST_STEPS
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.settling import stop_here
 from fiberplan.planners.direct.trim import as_trajectory
