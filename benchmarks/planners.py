@@ -84,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
                 continue
             runs: list[Run] = []
             for seed in seeds:
-                runs.append(plan_field(name, scene, seed, options.data))
+                runs.append(plan_field(name, scene, seed, options.data, options.deadline))
                 done = {"scene": scene.name, "planner": name, "summary": summary(runs)}
                 done["runs"] = [asdict(r) for r in runs]
                 write_json(options.json, report | {"rows": [*report["rows"], done]})
@@ -95,13 +95,13 @@ def main(arguments: list[str] | None = None) -> int:
     return 1 if failures else 0
 
 
-def plan_field(name: str, scene: Scene, seed: int, data: Path) -> Run:
+def plan_field(name: str, scene: Scene, seed: int, data: Path, deadline: float | None = None) -> Run:
     """One field of a scene, planned as the table plans it; a field that cannot be made says why."""
     try:
         problem = scene.make(seed, data)
     except (FiberplanError, ValueError) as error:
         return Run(seed, refused=f"no such field: {error}")
-    return run(seed, problem, PLANNERS[name](**settings(name, problem.plane)))
+    return run(seed, problem, PLANNERS[name](**settings(name, problem.plane)), deadline)
 
 
 def too_large(name: str, scene: Scene, data: Path) -> str | None:
@@ -172,6 +172,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help="only the small scenes, two fields of each")
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER", help="real focal planes and designs")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write every run to this file")
+    parser.add_argument("--deadline", type=float, metavar="S", help="for planners that take one, of wall-clock time")
     parser.add_argument("--list", action="store_true", help="only list the scenes")
     return parser.parse_args(arguments)
 

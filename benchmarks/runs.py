@@ -5,6 +5,7 @@ the plan is worth is judged by `fiberplan.verify`, which knows nothing of planne
 positioner said to arrive that does not, is a fault.
 """
 
+import inspect
 import statistics
 import traceback
 from collections.abc import Callable
@@ -69,10 +70,12 @@ class Run:
         return self.makespan / self.need if self.planned and self.need > 0 else None
 
 
-def run(seed: int, problem: fp.Problem, planner: Planner) -> Run:
-    """Plan one problem, and judge the plan."""
+def run(seed: int, problem: fp.Problem, planner: Planner, deadline: float | None = None) -> Run:
+    """Plan one problem, by a `deadline` [s] if the planner takes one, and judge the plan."""
+    takes_one = deadline is not None and "deadline" in inspect.signature(planner.plan).parameters
+    given = {"deadline": deadline} if takes_one else {}
     try:
-        cpu, wall, plan = warm(lambda: planner.plan(problem))
+        cpu, wall, plan = warm(lambda: planner.plan(problem, **given))
         proof, _, faults = timed(plan.faults)
     except FiberplanError as error:
         return Run(seed, refused=str(error))

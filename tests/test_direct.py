@@ -11,6 +11,7 @@ from fiberplan.errors import ProblemError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.plan import Outcome
+from fiberplan.planners.direct import losses as direct_losses
 from fiberplan.planners.direct import paths as direct_paths
 from fiberplan.planners.direct import planner as direct_planner
 from fiberplan.planners.direct import search as direct_search
@@ -244,6 +245,39 @@ def test_a_deadline_gives_the_best_so_far():
     assert said
     assert "contacts left" in said[0]
     assert not fp.planners.Direct().plan(problem).interrupted
+
+
+def test_with_a_deadline_there_is_a_plan_soon(monkeypatch):
+    """On coarser lattices, in more time: it counts where the search that follows has nothing by then."""
+    problem = field_to_field(rings=4)
+    turns, run = [], DirectSearch.run
+
+    def only_the_first(self, budget, proceed):
+        turns.append(self.widest_turn)
+        return run(self, budget, proceed) if len(turns) == 1 else False
+
+    monkeypatch.setattr(DirectSearch, "run", only_the_first)
+    plan = fp.planners.Direct().plan(problem, deadline=3600.0)
+    assert turns[0] == pytest.approx(2.0 * turns[1], rel=0.2)
+    assert plan.interrupted
+    assert plan.faults() == []
+    assert len(plan.having(Outcome.ARRIVED)) == problem.n
+    assert plan.makespan < 1.5 * plan.lower_bound
+    monkeypatch.setattr(DirectSearch, "run", run)
+    better = fp.planners.Direct().plan(problem, deadline=3600.0)
+    assert not better.interrupted
+    assert better.makespan < plan.makespan
+    np.testing.assert_array_equal(better.trajectory.angles, fp.planners.Direct().plan(problem).trajectory.angles)
+
+
+def test_who_is_lost_for_lack_of_time_is_asked_for_no_proof(monkeypatch):
+    asked = []
+    monkeypatch.setattr(direct_losses, "loss_proofs", lambda problem, i, *others: asked.append(i) or ())
+    problem = field_to_field(rings=3)
+    cap = 1.01 * fp.planners.Direct().plan(problem).lower_bound
+    plan = fp.planners.Direct(max_time=cap).plan(problem, deadline=0.0)
+    assert len(plan.having(Outcome.DEADLOCKED)) > 0
+    assert asked == []
 
 
 def test_ctrl_c_gives_the_best_so_far(monkeypatch):

@@ -1,5 +1,6 @@
 import itertools
 
+import astropy.units as u
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -97,6 +98,7 @@ def test_focal_plane_pairs_leave_out_no_contact():
         plane = plane.replace(base=plane.base * 3.0)
         for gap in (0.0, 4.0):
             within = {tuple(p) for p in plane.arm_pairs_within(gap).tolist()}
+            assert plane.arm_pairs_within(gap * u.mm) is plane.arm_pairs_within(gap)  # found once
             everyone = np.array(list(itertools.combinations(range(plane.n + len(plane.obstacles)), 2)))
             everyone = everyone[everyone[:, 0] < plane.n]
             for _ in range(40):

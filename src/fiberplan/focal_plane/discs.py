@@ -1,7 +1,6 @@
 """Discs in the focal plane, such as places where no fiber may end."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 
 def discs_at(discs: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -14,6 +13,8 @@ def discs_at(discs: np.ndarray, points: np.ndarray) -> np.ndarray:
     found = np.full(len(points), -1, np.int64)
     there = np.flatnonzero(np.isfinite(points).all(axis=1))
     if len(discs) and len(there):
+        from scipy.spatial import cKDTree  # slow to import, and few planes have any
+
         radius = discs[:, 2]
         near = cKDTree(discs[:, :2]).query_ball_point(points[there], max(0.0, radius.max()))
         for k, around in zip(there, near, strict=True):

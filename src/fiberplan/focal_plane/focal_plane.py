@@ -33,6 +33,7 @@ from fiberplan.kernels.neighbours import neighbour_pairs
 from fiberplan.registry import io_function, notebook_function
 
 TURN = 2 * np.pi
+_MOST_GAPS = 4  # of which the pairs are kept: proofs of losses ask again and again for those of one
 _PER_POSITIONER = ("base", "length", "folded", "lower", "upper", "max_speed", "zero", "online", *NO_LIMIT)
 
 
@@ -294,8 +295,19 @@ class FocalPlane(Frozen):
 
     def arm_pairs_within(self, gap: float) -> np.ndarray:
         """(m, 2) pairs of arms, obstacles included (obstacle k is arm n + k), that could come within `gap` [mm]."""
-        obstacle = self.obstacle_pairs_within(gap) + np.array([0, self.n])
-        return read_only(np.concatenate([self.pairs_within(gap), obstacle]), np.int64)
+        gap = number(gap, "mm", "gap", InstrumentError)
+        known = self._known_pairs.get(gap)
+        if known is None:
+            obstacle = self.obstacle_pairs_within(gap) + np.array([0, self.n])
+            known = read_only(np.concatenate([self.pairs_within(gap), obstacle]), np.int64)
+            if len(self._known_pairs) >= _MOST_GAPS:
+                self._known_pairs.clear()
+            self._known_pairs[gap] = known
+        return known
+
+    @cached_property
+    def _known_pairs(self) -> dict[float, np.ndarray]:
+        return {}
 
     @cached_property
     def reach(self) -> np.ndarray:

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fiberplan.focal_plane.focal_plane import FocalPlane
 
@@ -76,6 +75,8 @@ def _columns(plane: FocalPlane) -> Iterator[_Column]:
             yield _Column(f"{end} end of {joint}", degrees, _far(ranges[:, k], ANGLE_FLOOR), "deg")
         speed = plane.max_speed[:, k]
         yield _Column(f"speed of {joint}", np.degrees(speed), _far(speed, SPEED_FLOOR * np.median(speed)), "deg/s")
+    from scipy.spatial import cKDTree  # slow to import, and a plan that is read needs none
+
     away = cKDTree(plane.base).query(plane.base, k=2)[0][:, 1]
     usual = float(np.median(away))
     far = (away > PLACE_FACTOR * usual) | (away < usual / PLACE_FACTOR)

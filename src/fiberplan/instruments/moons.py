@@ -12,7 +12,6 @@ import os
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane import FocalPlane
@@ -153,6 +152,8 @@ def _cameras(file: ParameterFile, base: np.ndarray) -> tuple[Obstacle, ...]:
     if not len(numbers):
         return ()
     everyone = np.concatenate([base, centres])
+    from scipy.spatial import cKDTree  # slow to import, and other instruments need none
+
     pitch = cKDTree(everyone).query(everyone, k=2)[0][:, 1].min()
     turns = np.radians(30.0 + 60.0 * np.arange(6))
     cell = pitch / np.sqrt(3.0) * np.stack([np.cos(turns), np.sin(turns)], axis=1)

@@ -14,6 +14,7 @@ from fiberplan.errors import InstrumentError
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.tables.fits_tables import numbers, texts
 
+_WORDS = ("name", "category", "meets")
 _SHARED = -1  #: the positioner of rows that stand for all
 
 
@@ -27,7 +28,7 @@ def body_rows(bodies: tuple[Body, ...], n: int) -> dict[str, Any]:
         for i, (points, radius) in enumerate(zip(shapes, radii, strict=True)):
             about = _about(body) | {"link": body.link, "body": number, "positioner": _SHARED if shared else i}
             rows += [about | {"radius": radius, "vertex": k, "x": x, "y": y} for k, (x, y) in enumerate(points)]
-    return _columns(rows, ("body", "positioner", "vertex"), ("name", "category", "meets", "link"))
+    return _columns(rows, ("body", "positioner", "vertex"), (*_WORDS, "link"))
 
 
 def obstacle_rows(obstacles: tuple[Obstacle, ...]) -> dict[str, Any]:
@@ -36,7 +37,7 @@ def obstacle_rows(obstacles: tuple[Obstacle, ...]) -> dict[str, Any]:
     for number, obstacle in enumerate(obstacles):
         about = _about(obstacle) | {"obstacle": number, "radius": obstacle.radius}
         rows += [about | {"vertex": k, "x": x, "y": y} for k, (x, y) in enumerate(obstacle.points)]
-    return _columns(rows, ("obstacle", "vertex"), ("name", "category", "meets"))
+    return _columns(rows, ("obstacle", "vertex"), _WORDS)
 
 
 def bodies_from_rows(table: Any, ids: Sequence[str]) -> tuple[Body, ...]:
@@ -45,9 +46,9 @@ def bodies_from_rows(table: Any, ids: Sequence[str]) -> tuple[Body, ...]:
     Raises:
         InstrumentError: rows that are missing, double, contradict each other, or name a positioner that is not there.
     """
-    owner, bodies = numbers(table, "positioner", int), []
+    owner, columns, bodies = numbers(table, "positioner", int), _read(table, (*_WORDS, "link")), []
     for number, rows in enumerate(_numbered(table, "BODIES", "body")):
-        about = _said(table, rows, f"BODIES: body {number}", ("name", "category", "meets", "link"))
+        about = _said(columns, rows, f"BODIES: body {number}", (*_WORDS, "link"))
         where = f"BODIES: body {number} '{about['name']}'"
         owners = np.unique(owner[rows])
         expected = np.array([_SHARED]) if owners[-1] == _SHARED else np.arange(len(ids))
@@ -57,7 +58,7 @@ def bodies_from_rows(table: Any, ids: Sequence[str]) -> tuple[Body, ...]:
         for i in np.setdiff1d(expected, owners)[:1]:
             raise InstrumentError(f"{where}: no row of positioner '{ids[i]}'")
         names = [where] if owners[-1] == _SHARED else [f"{where}, positioner '{id_}'" for id_ in ids]
-        points, radius = _outlines(table, rows, owner[rows] - owners[0], names)
+        points, radius = _outlines(columns, rows, owner[rows] - owners[0], names)
         shape = points[0] if np.all(points == points[0]) else points
         bodies.append(Body(points=shape, radius=float(radius[0]) if np.all(radius == radius[0]) else radius, **about))
     return tuple(bodies)
@@ -69,11 +70,11 @@ def obstacles_from_rows(table: Any) -> tuple[Obstacle, ...]:
     Raises:
         InstrumentError: rows that are missing, double or contradict each other.
     """
-    obstacles = []
+    columns, obstacles = _read(table, _WORDS), []
     for number, rows in enumerate(_numbered(table, "OBSTACLES", "obstacle")):
-        about = _said(table, rows, f"OBSTACLES: obstacle {number}", ("name", "category", "meets"))
+        about = _said(columns, rows, f"OBSTACLES: obstacle {number}", _WORDS)
         where = f"OBSTACLES: obstacle {number} '{about['name']}'"
-        points, radius = _outlines(table, rows, np.zeros(len(rows), int), [where])
+        points, radius = _outlines(columns, rows, np.zeros(len(rows), int), [where])
         obstacles.append(Obstacle(points=points[0], radius=float(radius[0]), **about))
     return tuple(obstacles)
 
@@ -101,11 +102,18 @@ def _numbered(table: Any, name: str, key: str) -> list[np.ndarray]:
     return np.split(order, np.searchsorted(number[order], found)[1:]) if len(found) else []
 
 
-def _said(table: Any, rows: np.ndarray, where: str, words: tuple[str, ...]) -> dict[str, Any]:
+def _read(table: Any, words: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Columns as arrays: rows of a FITS table are slow to take one by one."""
+    columns = {key: np.array(texts(table, key), str) for key in words}
+    columns |= {key: numbers(table, key) for key in ("radius", "x", "y")}
+    return columns | {"vertex": numbers(table, "vertex", int), "closed": numbers(table, "closed", bool)}
+
+
+def _said(columns: dict[str, np.ndarray], rows: np.ndarray, where: str, words: tuple[str, ...]) -> dict[str, Any]:
     """What all rows of one body or obstacle have to say alike."""
     said: dict[str, Any] = {}
     for key in (*words, "closed"):
-        values = numbers(table, key, bool)[rows].tolist() if key == "closed" else texts(table[rows], key)
+        values = columns[key][rows].tolist()
         if len(set(values)) > 1:
             raise InstrumentError(f"{where}: its rows have more than one {key}")
         said[key] = values[0]
@@ -113,16 +121,18 @@ def _said(table: Any, rows: np.ndarray, where: str, words: tuple[str, ...]) -> d
     return said | {"meets": None if meets is None else tuple(meets)}
 
 
-def _outlines(table: Any, rows: np.ndarray, owner: np.ndarray, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
+def _outlines(
+    columns: dict[str, np.ndarray], rows: np.ndarray, owner: np.ndarray, names: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (m, k, 2) and radii (m,) [mm] of one body's or obstacle's rows.
 
     Args:
-        table: BODIES or OBSTACLES.
-        rows: of the table.
+        columns: of BODIES or OBSTACLES.
+        rows: of them.
         owner: whose each row is, from 0 to m - 1, each of which has at least one.
         names: of the m owners, for errors.
     """
-    vertex, radius = numbers(table, "vertex", int)[rows], numbers(table, "radius")[rows]
+    vertex, radius = columns["vertex"][rows], columns["radius"][rows]
     order = np.lexsort((vertex, owner))
     rows, owner, vertex, radius = rows[order], owner[order], vertex[order], radius[order]
     _, first, count = np.unique(owner, return_index=True, return_counts=True)
@@ -135,5 +145,5 @@ def _outlines(table: Any, rows: np.ndarray, owner: np.ndarray, names: list[str])
         raise InstrumentError(f"{names[i]}: {count[i]} vertices, where the first positioner has {count[0]}")
     for k in np.flatnonzero(radius != radius[first[owner]])[:1]:
         raise InstrumentError(f"{names[owner[k]]}: its rows have more than one radius")
-    points = np.stack([numbers(table, "x")[rows], numbers(table, "y")[rows]], axis=1)
+    points = np.stack([columns["x"][rows], columns["y"][rows]], axis=1)
     return points.reshape(len(names), -1, 2), radius[first]

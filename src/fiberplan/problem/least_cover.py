@@ -4,8 +4,6 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 _SMALL = 20  # clusters up to this size are searched for the exact tie-break, larger ones go to a MILP solver
 
@@ -43,6 +41,9 @@ def least_cover(edges: Iterable[tuple[int, int]], weight: np.ndarray) -> set[int
     vertices = sorted({v for e in edges for v in e})
     local = {v: k for k, v in enumerate(vertices)}
     rows, columns = np.array([[local[a], local[b]] for a, b in edges]).T
+    from scipy.sparse import csr_array  # slow to import, as below
+    from scipy.sparse.csgraph import connected_components
+
     graph = csr_array((np.ones(len(edges)), (rows, columns)), shape=(len(vertices), len(vertices)))
     _, label = connected_components(graph, directed=False)
     clusters: dict[int, list[tuple[int, int]]] = defaultdict(list)
@@ -79,14 +80,15 @@ def _exact_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
 
 def _milp_cover(edges: list[tuple[int, int]], weight: np.ndarray) -> set[int]:
     """Least cover of one large cluster: first the least weight, then the fewest vertices of that weight."""
+    from scipy.optimize import Bounds, LinearConstraint, milp  # slow to import, and hardly ever needed
+    from scipy.sparse import csr_array
+
     vertices = sorted({v for e in edges for v in e})
     local = {v: k for k, v in enumerate(vertices)}
     rows = np.repeat(np.arange(len(edges)), 2)
     columns = np.array([local[v] for e in edges for v in e])
     ends = csr_array((np.ones(2 * len(edges)), (rows, columns)), shape=(len(edges), len(vertices)))
     cost = weight[vertices] / max(float(weight[vertices].max()), np.finfo(float).tiny)
-    from scipy.optimize import Bounds, LinearConstraint, milp  # slow to import, and hardly ever needed
-
     every_edge = LinearConstraint(ends, 1)
     shared = {"integrality": np.ones(len(vertices)), "bounds": Bounds(0, 1), "options": {"mip_rel_gap": 0.0}}
     lightest = milp(cost, constraints=every_edge, **shared)

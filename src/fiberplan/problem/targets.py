@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fiberplan.arrays import Frozen, read_only, shortened, texts
 from fiberplan.errors import TargetError
@@ -237,6 +236,8 @@ class Targets(Frozen):
         """(m,) the positioners that stand at `base`; with `idle`, every positioner must be named."""
         assert self.base is not None
         listed = self.base if self.idle is None else np.concatenate([self.base, self.idle])
+        from scipy.spatial import cKDTree  # slow to import, and a plan that is read needs none
+
         away, who = cKDTree(plane.base).query(listed)
         m, rows = len(self), np.arange(len(listed))
         for row in np.flatnonzero(~(away <= _PLACE)):

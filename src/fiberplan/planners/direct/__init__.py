@@ -53,6 +53,9 @@ Algorithm                                                             here
       each other's way; if any loss is unproven, the fold hub is        `certificates.lost`,
       planned too, and the plan of greater kept priority is returned    `planners.greedy_fold`
 
+With a deadline, lines 1 to 13 are gone through twice: first on coarser lattices and with more time than is needed
+(`first.first_search`), which is soon done; that plan is the one where the second search has no better by then.
+
 Lines 4 and 10 test whole steps in continuous time; lines 7 and 9 see nodes only. So a contact that appears only
 between nodes raises the clearance that line 9 asks for that pair by 0.1 mm, and a contact left by line 7 the clearance
 that line 7 asks for by 0.05 mm.

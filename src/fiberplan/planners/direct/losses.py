@@ -39,7 +39,7 @@ class Losses:
         arrived = set(np.flatnonzero(problem.has_goal & problem.plane.online).tolist()) - {*given_up, *late}
         shut_off = {}
         for i, arms in given_up.items():
-            proofs = loss_proofs(problem, i, arrived, arms)
+            proofs = () if i in search.out_of_time else loss_proofs(problem, i, arrived, arms)
             if proofs:
                 shut_off[i] = frozenset(j for proof in proofs for j in proof.goals if j != i)
         return cls(late, shut_off, given_up, tuple(sorted(search.held)), max_time)

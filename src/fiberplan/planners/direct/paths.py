@@ -58,6 +58,7 @@ class Paths:
         self.given_up: dict[int, tuple[int, ...]] = {}  #: positioner -> arms that block it
         self.held: set[int] = set()  #: never leave their start
         self.elsewhere: set[int] = set()  #: were asked to reach their target in another configuration
+        self.out_of_time: set[int] = set()  #: would have been searched on
         self.off_ways: set[int] = set()  #: were on ways of their own once, which others could not get past
         travel = np.nan_to_num(np.abs(goal - problem.start) / (plane.max_speed * UNDER_LIMIT)).max(axis=1)
         bound = float(travel.max(initial=0.0))

@@ -18,7 +18,8 @@ from fiberplan.certificates import reaction
 from fiberplan.errors import ProblemError, interrupted
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.motion import Trajectory
-from fiberplan.plan import Bound, Plan
+from fiberplan.plan import Bound, Outcome, Plan
+from fiberplan.planners.direct.first import PART, WIDEST, first_search, most_work
 from fiberplan.planners.direct.goals import Goals, goals_in_time
 from fiberplan.planners.direct.improving import react, shorten
 from fiberplan.planners.direct.losses import Losses
@@ -67,7 +68,7 @@ class Direct:
             value = getattr(self, label)
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise ProblemError(f"direct: {label} must be positive, got {value:g}{unit}")
-        if self.turn > np.pi / 4:
+        if self.turn > WIDEST:
             raise ProblemError(f"direct: turn must be at most 45 deg, got {np.degrees(self.turn):g} deg")
 
     @prepared
@@ -90,7 +91,9 @@ class Direct:
         ends = np.inf
         if deadline is not None:
             ends = monotonic() + number(deadline, "s", f"{self.name}: deadline", ProblemError)
+        budget = int(self.budget * problem.n) + _LEAST_WORK
         search: DirectSearch | None = None
+        first: Plan | None = None
         solved = stopped = False
 
         def proceed() -> bool:
@@ -104,9 +107,15 @@ class Direct:
         try:
             near = Neighbourhood.of(problem.plane, problem.margin)
             goals = goals_in_time(problem, near, self.max_time)
+            if deadline is not None:
+                search = sooner = first_search(problem, near, goals.angles, self.turn, self.max_time, self.seed)
+                enough, late = most_work(problem.n), monotonic() + PART * (ends - monotonic())
+                sooner.begin()
+                if sooner.run(budget, lambda: proceed() and sooner.work < enough and monotonic() < late):
+                    first = self._finished(problem, near, sooner, goals, begun, interrupted=True)
             search = DirectSearch(problem, near, goals.angles, self.turn, self.max_time, self.seed)
             search.begin()
-            solved = search.run(int(self.budget * problem.n) + _LEAST_WORK, proceed)
+            solved = search.run(budget, proceed)
             if solved:
                 shorten(search, proceed)
                 if self.min_reaction is not None:
@@ -118,11 +127,16 @@ class Direct:
         if search is None:
             return self._hub(problem, begun, Losses.none(problem), interrupted=True)
         if not solved:
+            if first is not None and not first.having(Outcome.DEADLOCKED).size:
+                return first  # nothing that was stopped keeps more
             stop_here(search)
         try:
-            return self._finished(problem, near, search, goals, begun, stopped)
+            plan = self._finished(problem, near, search, goals, begun, stopped)
         except KeyboardInterrupt:  # finishing takes a moment, and what is found must not be lost: once more
-            return self._finished(problem, near, search, goals, begun, interrupted=True)
+            plan = self._finished(problem, near, search, goals, begun, interrupted=True)
+        if first is not None and (-first.kept, first.makespan) < (-plan.kept, plan.makespan):
+            return first
+        return plan
 
     def _finished(
         self,

@@ -37,6 +37,7 @@ def stop_here(paths: Paths) -> None:
     They get one replan each to make room; those that still touch are held at their starts.
     """
     paths.stop()
+    before = set(paths.given_up)
     ends = paths.lattice.path[: paths.plane.n, -1]
     unfinished = paths.plane.online & ~np.isnan(paths.goal[:, 0]) & (ends != paths.goal).any(axis=1)
     for i in np.flatnonzero(unfinished):
@@ -45,3 +46,4 @@ def stop_here(paths: Paths) -> None:
     while paths.touching:
         lost = [i for i in settle(paths) if not paths.lattice.fixed[i]]
         paths.place(np.array(lost, np.int64))
+    paths.out_of_time = set(paths.given_up) - before
