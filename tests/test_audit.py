@@ -8,7 +8,7 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.cli.app import run
-from fiberplan.errors import TrajectoryError
+from fiberplan.errors import PlanError, TrajectoryError
 from fiberplan.hardware import sdss
 from fiberplan.hardware.audit import audit, read_motion
 from fiberplan.scenes.uniform import uniform_field
@@ -84,6 +84,17 @@ def test_every_motion_has_a_page_to_which_the_report_leads(night, capsys):
     assert said["title"] == "touching.json on seven"
     assert said["closest"][0]["pair"] in ([2, 3], [3, 4])
     assert "<a href='night%20pages/001-touching.json.html'>touching.json</a>" in (night / "n.html").read_text()
+
+
+def test_there_are_no_pages_without_their_report(night, monkeypatch, capsys):
+    def full(*what):
+        raise PlanError("n.html: no space left")
+
+    monkeypatch.setattr("fiberplan.visuals.night_report.night_report", full)
+    options = ["--margin", "0.8", "-o", "n.html", "--pages", "pages"]
+    assert run(["audit", "seven.toml", "touching.json", "good.json", *options]) == 2
+    assert capsys.readouterr().err == "fiberplan: error: n.html: no space left\n"
+    assert list((night / "pages").iterdir()) == []
 
 
 def test_a_file_that_cannot_be_read_does_not_hide_the_others(night, capsys):

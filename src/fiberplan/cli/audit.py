@@ -77,7 +77,12 @@ def audit(
             lost = [
                 {"file": str(p), "kind": "unread", "ok": False, "findings": [why], "notes": []} for p, why in unread
             ]
-            night_report(title, [*rows, *lost], output)
+            try:
+                night_report(title, [*rows, *lost], output)
+            except FiberplanError:
+                for page in shown:
+                    page.unlink(missing_ok=True)
+                raise
     if json:
         facts = [_facts(plane, each, row) for each, row in zip(done, rows, strict=True)]
         missed = [{"file": path, "error": why} for path, why in unread]
