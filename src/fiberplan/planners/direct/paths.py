@@ -121,8 +121,12 @@ class Paths:
     def update_contacts(self, who: np.ndarray | None = None) -> None:
         """Find all pairs that touch, or which of those of arms `who` (m,) do, the only ones with new paths."""
         which = np.arange(len(self.pairs)) if who is None else np.flatnonzero(np.isin(self.pairs, who).any(axis=1))
-        find_contacts(self._arms, self.lattice, self.pairs, which, self.limit, self.steps, self.search.contacts)
+        in_parts_at_once(self._find_contacts, which)
         note_all(self.search)
+
+    def _find_contacts(self, which: np.ndarray) -> None:
+        """Find out in how many steps pairs `which` (m,) touch."""
+        find_contacts(self._arms, self.lattice, self.pairs, which, self.limit, self.steps, self.search.contacts)
 
     def repair(self, most: int) -> int:
         """Repair until nothing touches, or so many replans; what `fiberplan.planners.direct.repair.repair` says."""
