@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fiberplan as fp
+from fiberplan.arrays import read_only
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.kernels.arms import frame
@@ -15,7 +16,7 @@ from fiberplan.kernels.compile import kernel, leaf
 from fiberplan.planners.direct.blocked_nodes import beta_motion, blocked_betas, link_directions, mark_blocked
 from fiberplan.planners.direct.contacts import find_contacts, steps_in_contact
 from fiberplan.planners.direct.joint_nodes import forget_clear, joint_words, look
-from fiberplan.planners.direct.lattice import lengthened, make_lattice, window, window_of
+from fiberplan.planners.direct.lattice import lengthened, make_lattice, refined, window, window_of
 from fiberplan.planners.direct.nodes import MOST_BETAS, step_length
 from fiberplan.planners.direct.pairs import kept_apart, move_jointly, steps_alone
 from fiberplan.planners.direct.past_fixed import steps_past_fixed
@@ -261,6 +262,28 @@ def test_replanning_finds_the_cheapest_path():
             if tuple(way[-1]) == last and np.all(way >= 0) and np.all(way < lattice.size[0]):
                 best = min(best, cost_of(plane, lattice, near, 0, way, *settings))
         assert found == pytest.approx(best, abs=1e-4)
+
+
+@pytest.mark.parametrize("pace", [1, 2])
+def test_who_is_alone_takes_the_path_that_is_the_cheapest_of_all(pace):
+    """Against the same search among neighbours whose contacts cost nothing, which looks at all nodes."""
+    plane, steps = fp.FocalPlane.hexagonal(2, 22.4), 40
+    start, goal = (np.array(uniform_field(plane, seed)) for seed in (0, 1))
+    goal[3] = np.nan
+    length, who = step_length(plane, start, goal, 9 * DEG), np.arange(plane.n)
+    lattice = make_lattice(plane, start, goal, plane.online, length.longest, steps, length.widest)
+    finer = np.full((plane.n, 2), pace)
+    lattice = refined(lattice, plane, who, finer, start, goal, length.longest, steps, length.widest)
+    near = Neighbourhood.of(plane, 0.0)
+    nobody = near._replace(offsets=read_only(np.zeros_like(near.offsets), np.int64))
+    scratch, nothing = make_scratch(lattice, len(near.near)), np.zeros(len(near.pairs), np.float32)
+    for i in who:
+        paths = []
+        for lists in (near, nobody):
+            replan_one(plane.arms, lists, lattice, i, nothing, np.zeros(len(near.pairs)), scratch, 0.02, 0.01, steps)
+            paths.append(lattice.path[i].copy())
+        np.testing.assert_array_equal(*paths)
+        assert i == 3 or np.array_equal(paths[1][-1], goal[i])
 
 
 def joint_steps(plane, lattice, limit, most):

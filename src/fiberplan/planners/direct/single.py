@@ -14,18 +14,36 @@ from fiberplan.planners.direct.remembered import blocked_cells
 _NOWHERE = np.float32(np.inf)
 
 
+@inlined
+def _alphas(near, lattice, i):
+    """First and last alpha node that the cheapest path may have: where nobody is near, it does not turn back."""
+    first, last = lattice.first[i, 0], lattice.last[i, 0]
+    if near.offsets[i] < near.offsets[i + 1]:
+        return 0, lattice.size[i, 0] - 1
+    return (min(first, last), max(first, last)) if last >= 0 else (first, first)
+
+
+@inlined
+def _within(lattice, i, k, steps, alphas):
+    """As `window`, of the first and last of `alphas`."""
+    low, high = window(lattice, i, k, steps)
+    return max(low, alphas[0]), min(high, alphas[1])
+
+
 @leaf
-def _charge(arms, near, lattice, i, weight, limits, scratch, steps):
+def _charge(arms, near, lattice, i, weight, limits, scratch, alphas, steps):
     """Fill the price of every node after every step: the weights of the neighbours that are touched there."""
     price, row, trig, known = scratch.price, scratch.row, scratch.trig, scratch.known
     count = lattice.size[i, 1]
-    link_directions(arms, lattice, i, trig)
-    motion = beta_motion(arms, lattice, i)
     for k in range(steps + 1):
-        low, high = window(lattice, i, k, steps)
+        low, high = _within(lattice, i, k, steps, alphas)
         for a in range(low, high + 1):
             for b in range(count):
                 price[k, a, b] = np.float32(0.0)
+    if near.offsets[i] == near.offsets[i + 1]:
+        return
+    link_directions(arms, lattice, i, trig)
+    motion = beta_motion(arms, lattice, i)
     for q in range(near.offsets[i], near.offsets[i + 1]):
         pair = near.near[q].pair
         begin, end = blocked_cells(arms, near, lattice, i, q, trig, motion, limits[pair], steps, row, known)
@@ -55,13 +73,13 @@ def _turn_betas(cost, turned, betas, pace, turn):
 
 
 @leaf
-def _accumulate(lattice, i, scratch, bias, turn, steps):
+def _accumulate(lattice, i, scratch, bias, turn, alphas, steps):
     """Fill the least cost of being at each node after each step; `turn` is the price of a whole step's, per joint."""
     price, cost, turned = scratch.price, scratch.cost, scratch.turned_alone
     betas = lattice.size[i, 1]
     pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
     turn_a, turn_b = turn / np.float32(pace_a), turn / np.float32(pace_b)
-    low, high = window(lattice, i, 0, steps)
+    low, high = _within(lattice, i, 0, steps, alphas)
     for a in range(low, high + 1):
         for b in range(betas):
             cost[0, a, b] = _NOWHERE
@@ -69,7 +87,7 @@ def _accumulate(lattice, i, scratch, bias, turn, steps):
     for k in range(steps):
         for a in range(low, high + 1):
             _turn_betas(cost[k, a], turned[a], betas, pace_b, turn_b)
-        low_next, high_next = window(lattice, i, k + 1, steps)
+        low_next, high_next = _within(lattice, i, k + 1, steps, alphas)
         for a in range(low_next, high_next + 1):
             after = cost[k + 1, a]
             for b in range(betas):
@@ -84,13 +102,13 @@ def _accumulate(lattice, i, scratch, bias, turn, steps):
 
 
 @leaf
-def _best_end(lattice, i, cost, steps):
+def _best_end(lattice, i, cost, alphas, steps):
     """The goal, or the cheapest node to end at where there is none."""
     if lattice.last[i, 0] >= 0:
         return lattice.last[i, 0], lattice.last[i, 1]
     a, b = lattice.first[i, 0], lattice.first[i, 1]
     best = cost[steps, a, b]
-    low, high = window(lattice, i, steps, steps)
+    low, high = _within(lattice, i, steps, steps, alphas)
     for x in range(low, high + 1):
         for y in range(lattice.size[i, 1]):
             if cost[steps, x, y] < best:
@@ -99,14 +117,14 @@ def _best_end(lattice, i, cost, steps):
 
 
 @leaf
-def _trace_back(lattice, i, cost, turn, steps):
+def _trace_back(lattice, i, cost, turn, alphas, steps):
     """Put positioner i on its cheapest path."""
-    a, b = _best_end(lattice, i, cost, steps)
+    a, b = _best_end(lattice, i, cost, alphas, steps)
     pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
     turn_a, turn_b = turn / np.float32(pace_a), turn / np.float32(pace_b)
     put(lattice, i, steps, a, b)
     for k in range(steps - 1, -1, -1):
-        low, high = window(lattice, i, k, steps)
+        low, high = _within(lattice, i, k, steps, alphas)
         best, best_a, best_b = _NOWHERE, a, b
         for x in range(max(a - pace_a, low), min(a + pace_a, high) + 1):
             for y in range(max(b - pace_b, 0), min(b + pace_b, lattice.size[i, 1] - 1) + 1):
@@ -138,7 +156,8 @@ def replan(arms, near, lattice, i, weight, limits, scratch, extended, turn, step
     rate = extended if lattice.last[i, 0] >= 0 else 0.0
     for b in range(lattice.size[i, 1]):
         bias[b] = np.float32(rate * (0.5 + 0.5 * np.cos(lattice.beta[i, b] + arms.arm[i].beta_zero)))
-    _charge(arms, near, lattice, i, weight, limits, scratch, steps)
+    alphas = _alphas(near, lattice, i)
+    _charge(arms, near, lattice, i, weight, limits, scratch, alphas, steps)
     price_of_turn = np.float32(turn)
-    _accumulate(lattice, i, scratch, bias, price_of_turn, steps)
-    _trace_back(lattice, i, scratch.cost, price_of_turn, steps)
+    _accumulate(lattice, i, scratch, bias, price_of_turn, alphas, steps)
+    _trace_back(lattice, i, scratch.cost, price_of_turn, alphas, steps)
