@@ -71,26 +71,30 @@ def _refused(wave: Waveform) -> Iterator[str]:
         low, high = RANGES[motor]
         for k in np.flatnonzero((degrees < low) | (degrees > high)).tolist():
             yield f"{name} is {degrees[k]:.6g} deg at {k * SEGMENT:.3f} s, the driver takes {low:g} to {high:g} deg"
-        before = 0
-        for k, steps in enumerate([*wave.steps[:, motor].tolist(), 0]):
-            fault = _rule(before, steps)
-            if fault:
-                yield f"{name} makes {steps} steps from {k * SEGMENT:.3f} s, {fault}"
-            before = steps
+        steps = np.append(wave.steps[:, motor], 0)
+        before = np.append(0, steps[:-1])
+        for k in np.flatnonzero(_broken(before, steps)).tolist():
+            fault = _rule(int(before[k]), int(steps[k]))
+            yield f"{name} makes {steps[k]} steps from {k * SEGMENT:.3f} s, {fault}"
+
+
+def _broken(before: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """(segments,) whether the steps of a segment break a rule, after those of the segment before."""
+    many, goes_on = np.abs(steps), before * steps > 0
+    pace = (many > MOST) | ((many > 0) & (many < LEAST))
+    change = np.where(goes_on, np.abs(steps - before) > CHANGE, np.maximum(np.abs(before), many) > FIRST)
+    return np.asarray(pace | change)
 
 
 def _rule(before: int, steps: int) -> str:
-    """Which rule the steps of a segment break, after those of the segment before; "" for none."""
+    """Which rule the steps of a segment break, after those of the segment before."""
     if abs(steps) > MOST:
         return f"at most {MOST} are allowed"
     if 0 < abs(steps) < LEAST:
         return f"at least {LEAST} or none are allowed"
     if before * steps > 0 and abs(steps - before) > CHANGE:
         return f"after {before}: {CHANGE} more or fewer are allowed"
-    for edge in (before, steps) if before * steps <= 0 else ():
-        if abs(edge) > FIRST:
-            return f"after {before}: a turn begins and ends with {FIRST} at most"
-    return ""
+    return f"after {before}: a turn begins and ends with {FIRST} at most"
 
 
 def as_json(made: list[Waveform]) -> bytes:
