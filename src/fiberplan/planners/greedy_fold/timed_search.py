@@ -22,6 +22,7 @@ _MOST_EDGES = 2_500  # tested before a search is given up
 _MOST_SAMPLES = 60  # of one edge against one neighbour; one that takes more counts as not clear
 
 _CLOSED = 2**16  # room for nodes
+_SCATTER = np.int64(0x9E3779B97F4A7C15 - 2**64)  # odd, and far from any power of 2: near keys get far apart
 # turns in steps, 1 away from folded; what is pushed last is searched first
 _AWAY = np.array([[1, 1], [1, 0], [0, 1], [1, -1], [-1, 1], [0, 0], [-1, 0], [0, -1], [-1, -1]])
 _AWAY.setflags(write=False)
@@ -133,7 +134,7 @@ def _free_from(arms, i, passing, frames, moved, alpha, beta, dt, limit, blame):
 def _is_new(closed, a, b, step):
     """Whether a node is met for the first time; it is not the next time."""
     key = ((np.int64(a) + 2**20) << 42) | ((np.int64(b) + 2**20) << 20) | np.int64(step)
-    place = (key * 0x9E3779B97F4A7C15) >> 20
+    place = (key * _SCATTER) >> 20
     while True:
         place &= len(closed) - 1
         if closed[place] == key:
