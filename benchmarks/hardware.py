@@ -108,7 +108,7 @@ def exports(name: str, seeds: range, data: Path) -> None:
             cpu, _, done = timed(lambda: CONTROLLERS[case.controller].write(plan, path))  # noqa: B023
         except PlanError as error:
             refused.append(f"seed {seed}: {error}")
-            print(f"  seed {seed}: {free}; refused", flush=True)
+            print(f"  seed {seed}: {free}; refused: {error}", flush=True)
             continue
         if seed > seeds[0]:  # the first compiles
             export.append(cpu)
