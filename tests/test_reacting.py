@@ -6,6 +6,7 @@ import pytest
 import fiberplan as fp
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import frames_clearance
+from fiberplan.planners.direct import first
 from fiberplan.planners.direct.contacts import late_contacts
 from fiberplan.planners.direct.lattice import make_lattice
 from fiberplan.scenes import decisive
@@ -26,6 +27,15 @@ def test_nobody_is_touched_sooner(crowded, least):
     assert late_safe.certificate.ok
     assert late_safe.arrivals == plan.arrivals
     assert not any("stops dead" in note for note in late_safe.notes)
+
+
+def test_a_deadline_that_is_far_off_takes_none_of_it_back(crowded, monkeypatch):
+    """The first plan, which knows nothing of who is late, may be the shorter one."""
+    monkeypatch.setattr(first, "_LONGER", 1.0)
+    without, within = (fp.planners.Direct(min_reaction=3.0).plan(crowded, deadline=end) for end in (None, 3600.0))
+    assert within.certificate.tolerates.reaction.seconds >= 3.0
+    assert not within.interrupted
+    np.testing.assert_array_equal(within.trajectory.angles, without.trajectory.angles)
 
 
 def test_where_it_cannot_be_had_the_plan_says_so():

@@ -210,8 +210,7 @@ def mark_blocked(arms, lattice, i, trig, motion, j, pair, limit, steps, row, blo
     `row` (A,) is scratch: while j waits, what it blocks is found once.
     """
     _mark_late(arms, lattice, i, trig, motion, j, late_limit(lattice, pair), steps, row, blocked)
-    known_low, known_high, rests, elsewhere = 0, -1, 0, _NONE
-    frame_j = frame(arms, j, lattice.path[j, 0, 0], lattice.path[j, 0, 1])
+    known_low, known_high, rests = 0, -1, 0
     for k in range(1, steps + 1):
         if k > rests:
             rests = _rests_until(lattice, j, k, steps)

@@ -134,9 +134,11 @@ class Direct:
             plan = self._finished(problem, near, search, goals, begun, stopped)
         except KeyboardInterrupt:  # finishing takes a moment, and what is found must not be lost: once more
             plan = self._finished(problem, near, search, goals, begun, interrupted=True)
-        if first is not None and (-first.kept, first.makespan) < (-plan.kept, plan.makespan):
-            return first
-        return plan
+        if (
+            first is None or not stopped or (solved and self.min_reaction is not None)
+        ):  # of which the first knows nothing
+            return plan
+        return min(plan, first, key=lambda each: (-each.kept, each.makespan))
 
     def _finished(
         self,
