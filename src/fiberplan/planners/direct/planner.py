@@ -134,9 +134,8 @@ class Direct:
             plan = self._finished(problem, near, search, goals, begun, stopped)
         except KeyboardInterrupt:  # finishing takes a moment, and what is found must not be lost: once more
             plan = self._finished(problem, near, search, goals, begun, interrupted=True)
-        if (
-            first is None or not stopped or (solved and self.min_reaction is not None)
-        ):  # of which the first knows nothing
+        late_safe = solved and self.min_reaction is not None  # which the first plan is not
+        if first is None or not stopped or late_safe:
             return plan
         return min(plan, first, key=lambda each: (-each.kept, each.makespan))
 
