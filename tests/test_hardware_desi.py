@@ -10,8 +10,19 @@ import fiberplan as fp
 from fiberplan.errors import PlanError, ProblemError, TrajectoryError, UnprovenError
 from fiberplan.hardware import desi
 from fiberplan.hardware.desi.decode import Tables, read_tables
-from fiberplan.hardware.desi.encode import Move, moves_of, rows_of, turned, turned_linear
+from fiberplan.hardware.desi.encode import (
+    Move,
+    as_csv,
+    creeping_moves,
+    moves_of,
+    rows_of,
+    tables,
+    turned,
+    turned_linear,
+)
+from fiberplan.hardware.desi.scheduling import SPARE, scheduled
 from fiberplan.hardware.desi.turns import axis_turn
+from fiberplan.hardware.desi.ways import seconds
 
 RETRACTED = 114.0 + 1.085708  # phi of the envelope Eo, as the golden positioners count it [deg]
 
@@ -315,6 +326,37 @@ def test_who_would_meet_goes_another_way(tmp_path, seven, beside):
         plan.problem.plane.fibers(plan.trajectory.end),
         atol=1e-3,
     )
+
+
+def test_who_waits_for_a_tail_waits_no_longer_than_that(tmp_path, seven):
+    """Both need all of the time, and cannot end together; whoever ends last would meet it 60 ms sooner."""
+    plan = by_hand(fast(seven), {"R0C2": [(0, 145, 180), (1, -15, 46)], "R0C3": [(0, 4, 180), (1, 164, 109)]})
+    planned = tables(plan, {}, {}, True)
+    made = scheduled(plan, planned, True, 0.0)
+    assert max(map(seconds_of, made)) > max(map(seconds_of, planned)) + SPARE
+    last = max(range(len(made)), key=lambda k: seconds_of(made[k]))
+    pauses = [row.pause for row in made[last].rows]
+    k = int(np.argmax(pauses))
+    rows = list(made[last].rows)
+    for sooner, safe in ((0, True), (60, False)):
+        rows[k] = rows[k]._replace(pause=pauses[k] - sooner)
+        made[last] = made[last]._replace(rows=tuple(rows))
+        executed = desi.decode(tmp_path, as_csv(made), plan.problem.plane, plan.state_at(0.0), frozenset())
+        assert desi.prove(plan.problem.plane, executed, 0.0).ok == safe
+
+
+def seconds_of(table):
+    return seconds(table.rows)
+
+
+def test_the_last_way_follows_short_pieces_in_creep(seven):
+    """3 deg of theta before phi unfolds: other rows would leave them to the tail, and pass 3 deg beside the plan."""
+    knots = {"R0C2": [(0, 0, 180), (0.5, 3, 180), (1, 3, 110), (1.5, 0, 110)]}
+    plan = by_hand(fast(seven), knots)
+    moves = creeping_moves(plan, seven.index["R0C2"])
+    turns = [(3.0, 0.0), (0.0, -35.0), (0.0, -35.0), (-3.0, 0.0)]
+    assert [move.turn for move in moves] == [pytest.approx(turn) for turn in turns]
+    assert rows_of(moves)[0].mode == ("creep", "creep")
 
 
 def test_goals_whose_tails_have_no_room_are_given_up(seven):

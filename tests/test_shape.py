@@ -280,6 +280,24 @@ def test_turns_that_no_stroke_can_make_are_made_there_and_back(steps, row):
         assert sorted(turns.tolist()) == sorted(row)
 
 
+def test_whole_steps_keep_ranges_that_their_path_keeps():
+    """A turn of 0.55 rad to the end of the range at 0.3 rad/s, where 0.5 is the least, rest, and back again."""
+    knots = [(0.0, 0.0, 0.0), (11 / 6, 0.55, -0.53), (2.0, 0.55, -0.53), (3.2, 0.1, -0.1)]
+    plane = steppers(lower=np.array([[-0.1, -0.53]]), upper=np.array([[0.55, 0.1]]))
+    made = stepped(motion_of(knots), plane)
+    assert made.certificate.violations == ()
+    np.testing.assert_allclose(made.trajectory.end, [[0.1, -0.1]], atol=0.5 * STEP + 1e-9)
+
+
+def test_an_end_that_whole_steps_reach_from_beyond_the_range_only_is_refused():
+    """Three steps are five there and two back, or eight and five: seven at least, where the range ends at four."""
+    with pytest.raises(TrajectoryError, match="'P0' cannot end where it should in whole steps within its range"):
+        stepped(
+            motion_of([(0.0, 0.0, 0.0), (1.0, 3 * STEP, 0.0)]),
+            steppers(lower=np.array([[0.0, -0.1]]), upper=np.array([[4 * STEP, 0.1]])),
+        )
+
+
 @pytest.mark.parametrize(
     ("given", "complaint"),
     [

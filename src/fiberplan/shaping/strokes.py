@@ -8,6 +8,9 @@ A joint follows given places, the rounded angles at the ends of segments. Where 
 it makes `least` steps in some segments and none in others, and the longest stroke makes up for what is left, or one
 gets a segment less or more. What no stroke can make is made at the end, by a stroke that goes farther and one that
 comes back; both on the side that the joint came from, for what lies beyond its end it has never swept.
+
+A stroke may go beyond what it follows, and where that is near an end of the joint's range, beyond that. Then the joint
+follows places that stay off that end by as much, more in each turn until it keeps its range.
 """
 
 from typing import NamedTuple
@@ -17,6 +20,7 @@ import numpy as np
 from fiberplan.kernels.compile import inlined, kernel, leaf
 
 TAIL = 64  #: segments that going there and back may take
+_TURNS = 8  # in which places are drawn in from the ends of a joint's range
 
 
 class StepRules(NamedTuple):
@@ -89,7 +93,7 @@ def fill(rules, steps, total):
 
 
 @leaf
-def _stretch(rules, out, first, last, turn, after, before, longest):
+def _stretch(rules, out, first, last, turn, after, before, longest, lean):
     """Put a turn that is too slow for segments [first, last) into some of them; `out` is zero there."""
     way = 1 if turn > 0 else -1
     count = min(last - first, (2 * abs(turn) + rules.least) // (2 * rules.least))
@@ -98,7 +102,7 @@ def _stretch(rules, out, first, last, turn, after, before, longest):
         begin, end = first + (last - first) * k // number, first + (last - first) * (k + 1) // number
         mine = count * (k + 1) // number - count * k // number
         room = end - begin - mine
-        at = begin + room // 2
+        at = begin + (room * (1 + lean)) // 2
         if after and (not before or k == 0):
             at = begin
         elif before and (not after or k == number - 1):
@@ -108,7 +112,7 @@ def _stretch(rules, out, first, last, turn, after, before, longest):
 
 
 @leaf
-def _no_slower(rules, wanted, out, longest):
+def _no_slower(rules, wanted, out, longest, lean):
     """The wanted steps with none below the least: slow stretches as whole segments of the least, and none."""
     m = len(wanted)
     begin = 0
@@ -127,7 +131,7 @@ def _no_slower(rules, wanted, out, longest):
         after = begin > 0 and wanted[begin - 1] * way >= rules.least
         before = end < m and wanted[end] * way >= rules.least
         if turn != 0:
-            _stretch(rules, out, begin, end, turn, after, before, longest)
+            _stretch(rules, out, begin, end, turn, after, before, longest, lean)
         begin = end
 
 
@@ -231,8 +235,45 @@ def _finish(rules, steps, owed):
     return True
 
 
+@leaf
+def _drawn_in(wanted, low, high, out):
+    """The wanted steps with places no lower than `low` and no higher than `high` but for the first and the last."""
+    place = before = 0
+    for k in range(len(wanted)):
+        place += wanted[k]
+        there = place if k == len(wanted) - 1 else max(low, min(high, place))
+        out[k] = there - before
+        before = there
+
+
+@leaf
+def _beyond(steps, low, high):
+    """How far places go below `low`, and above `high`."""
+    place = below = above = 0
+    for k in range(len(steps)):
+        place += steps[k]
+        below = max(below, low - place)
+        above = max(above, place - high)
+    return below, above
+
+
+@leaf
+def _one_followed(rules, wanted, longest, lean, out):
+    """`followed`, of one joint, wherever its range ends."""
+    m = len(wanted)
+    end = 0
+    for k in range(m):
+        end += wanted[k]
+    out[:] = 0
+    _no_slower(rules, wanted, out, longest, lean)
+    owed = _strokes(rules, out[:m], end)
+    if owed != 0:
+        owed = _resized(rules, out[:m], owed)
+    return owed == 0 or _finish(rules, out, owed)
+
+
 @kernel
-def followed(least, most, change, first, wanted, longest, out):
+def followed(least, most, change, first, wanted, longest, lean, low, high, out):
     """Steps of joints that follow the wanted ones, in `out` (joints, m + TAIL).
 
     Args:
@@ -242,22 +283,28 @@ def followed(least, most, change, first, wanted, longest, out):
         first: (joints,)
         wanted: (joints, m) steps in each segment, of any size.
         longest: (joints,) segments that a joint may turn in one go where it should turn more slowly than it can.
-        out: zeros; all columns beyond m are for going there and back.
+        lean: (joints,) where in its time it then turns: -1 early, 0 in the middle, 1 late.
+        low: (joints,) lowest place of a joint, in steps from where it is.
+        high: (joints,) highest place.
+        out: all columns beyond m are for going there and back.
 
     Returns:
-        (joints,) whether a joint gets where it should.
+        (joints,) whether a joint gets where it should, and no farther than the wanted steps or its range.
     """
-    done = np.ones(len(wanted), np.bool_)
-    m = wanted.shape[1]
+    done = np.zeros(len(wanted), np.bool_)
+    drawn = np.empty(wanted.shape[1], np.int64)
     for j in range(len(wanted)):
         rules = StepRules(least[j], most[j], change[j], first[j])
-        end = 0
-        for k in range(m):
-            end += wanted[j, k]
-        _no_slower(rules, wanted[j], out[j], longest[j])
-        owed = _strokes(rules, out[j, :m], end)
-        if owed != 0:
-            owed = _resized(rules, out[j, :m], owed)
-        if owed != 0:
-            done[j] = _finish(rules, out[j], owed)
+        below, above = _beyond(wanted[j], low[j], high[j])
+        lowest, highest = low[j] - below, high[j] + above
+        lower, upper = lowest, highest
+        for _ in range(_TURNS):
+            _drawn_in(wanted[j], lower, upper, drawn)
+            if not _one_followed(rules, drawn, longest[j], lean[j], out[j]):
+                break
+            below, above = _beyond(out[j], lowest, highest)
+            if below == 0 and above == 0:
+                done[j] = True
+                break
+            lower, upper = lower + below, upper - above
     return done

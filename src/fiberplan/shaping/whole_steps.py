@@ -38,7 +38,7 @@ def step_rules(plane: FocalPlane, step: np.ndarray, segment: float) -> tuple[np.
 
 
 def in_whole_steps(
-    trajectory: Trajectory, plane: FocalPlane, step: np.ndarray, segment: float, follow: np.ndarray
+    trajectory: Trajectory, plane: FocalPlane, step: np.ndarray, segment: float, follow: np.ndarray, lean: np.ndarray
 ) -> tuple[Trajectory, np.ndarray]:
     """The motion in whole steps, and these (segments, n, 2); it ends within half a step of where it should.
 
@@ -48,6 +48,7 @@ def in_whole_steps(
         step: (n, 2) turn of one step [rad].
         segment: [s].
         follow: (n,) how far joints may turn in one go where they should turn more slowly than they can [rad].
+        lean: (n,) where in its time a joint then turns: -1 early, 0 in the middle, 1 late.
 
     Raises:
         TrajectoryError: limits under which a joint cannot get where it should.
@@ -59,13 +60,16 @@ def in_whole_steps(
     ).astype(np.int64)
     wanted = read_only(np.diff(places, axis=1).transpose(0, 2, 1).reshape(-1, count), np.int64)
     longest = np.maximum(1, np.rint(follow[:, None] / (np.maximum(rules[0], 1) * step))).astype(np.int64)
+    low = np.ceil((plane.lower - trajectory.start) / step - _WHOLE)
+    high = np.floor((plane.upper - trajectory.start) / step + _WHOLE)
+    each = (read_only(given.ravel(), np.int64) for given in (longest, np.repeat(lean, 2), low, high))
     made = np.zeros((len(wanted), count + TAIL), np.int64)
-    done = followed(
-        *(read_only(rule.ravel(), np.int64) for rule in rules), wanted, read_only(longest.ravel(), np.int64), made
-    )
+    done = followed(*(read_only(rule.ravel(), np.int64) for rule in rules), wanted, *each, made)
     if not done.all():
         i = int(np.argmin(done)) // 2
-        raise TrajectoryError(f"shape: positioner '{plane.ids[i]}' cannot end where it should in whole steps")
+        raise TrajectoryError(
+            f"shape: positioner '{plane.ids[i]}' cannot end where it should in whole steps within its range"
+        )
     used = int(np.flatnonzero(made.any(axis=0))[-1]) + 1 if made.any() else 0
     steps = made[:, :used].reshape(plane.n, 2, used).transpose(2, 0, 1)
     places = np.concatenate([np.zeros((1, plane.n, 2), np.int64), np.cumsum(steps, axis=0)])

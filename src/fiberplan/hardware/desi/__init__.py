@@ -4,7 +4,7 @@ A file is a table with a line a positioner, as the instrument archives it. Facts
 instrument's team; not verified on hardware.
 
 - `encode`: from a plan to rows: cruise and creep, jogs of linear phi motors, the tail that takes out backlash
-- `scheduling`: other rows for those who would meet, chosen among `ways`
+- `scheduling`: other rows for those who would meet, chosen among `ways`; `meetings`: who meets whom
 - `power`: waits with which no power supply has too many moving at once
 - `endings`: goals at which tables can end
 - `decode`: from rows to the motion they cause; `turns`: what a motor makes of its steps, ramps included

@@ -30,6 +30,7 @@ BACKLASH = 3.0  #: by which the tail goes back, and forth in creep [deg]
 FORTH = (-1.0, 1.0)  #: direction of the last turn of theta and phi
 SLICE = 4.6  #: least turn of an axis in a row, so that it cruises [deg]
 EDGE = 0.05  #: rows that turn within a plan keep this far from the ends of ranges, for they are whole steps [deg]
+PIECE = 30.0  #: turn of a row that follows a path closely, about [deg]
 MOST_SLICES = 4  #: rows that a piece of the plan becomes, at most
 ROW = 2 * RAMP_TURN / (CRUISE_STEP / TICK)  #: what a row takes longer than its turn at cruise speed [s]
 
@@ -218,11 +219,24 @@ def tables(plan: Plan, linear: dict[str, bool], buses: dict[str, tuple[int, str]
 
 def planned_moves(plan: Plan, i: int, linear: bool) -> tuple[list[Move], Pair]:
     """`moves_of` a positioner of a plan, of which whole steps lead no farther than its ranges."""
-    times, angles = plan.trajectory.knots(i)
+    return moves_of(plan.trajectory.knots(i)[0], _within_ranges(plan, i), linear)
+
+
+def creeping_moves(plan: Plan, i: int) -> list[Move]:
+    """A positioner's path piece by piece at once, in creep where an axis turns little: near it, and slow."""
+    moves = []
+    for turn in np.diff(_within_ranges(plan, i), axis=0):
+        parts = max(1, int(np.abs(turn).max() / PIECE))
+        moves += [Move((float(turn[0] / parts), float(turn[1] / parts)))] * (parts if turn.any() else 0)
+    return moves
+
+
+def _within_ranges(plan: Plan, i: int) -> np.ndarray:
+    """(k, 2) knots of a positioner's path [deg], between the first and the last a little away from its ranges' ends."""
+    angles = np.degrees(plan.trajectory.knots(i)[1])
     lower, upper = (np.degrees(edge[i]) for edge in (plan.problem.plane.lower, plan.problem.plane.upper))
-    degrees = np.degrees(angles)
-    degrees[1:-1] = np.clip(degrees[1:-1], lower + EDGE, np.maximum(upper - EDGE, lower + EDGE))
-    return moves_of(times, degrees, linear)
+    angles[1:-1] = np.clip(angles[1:-1], lower + EDGE, np.maximum(upper - EDGE, lower + EDGE))
+    return angles
 
 
 def as_csv(made: list[Table]) -> bytes:

@@ -18,7 +18,7 @@ from fiberplan.hardware.certified import ALLOWANCE
 from fiberplan.hardware.desi.calibration import motors_of
 from fiberplan.hardware.desi.encode import BACKLASH, EDGE, FORTH
 from fiberplan.hardware.desi.turns import largest_errors
-from fiberplan.kernels.arms import ARM
+from fiberplan.kernels.arms import ARM, Arms
 from fiberplan.kernels.clearance import clearances
 from fiberplan.problem import Dropped, Problem
 from fiberplan.problem.least_cover import least_loss
@@ -92,26 +92,42 @@ def _blocked(problem: Problem, ends: np.ndarray, tailed: np.ndarray) -> list[tup
     pairs = read_only(pairs[moving[pairs].any(axis=1)], np.int64)
     all_ends = plane.with_obstacles(ends)
     pairs = pairs[clearances(plane.arms, all_ends, pairs) < limit + errors[pairs].sum(axis=1) + sweep]
-    first, second = pairs.T
-    m, needed = len(pairs), limit + errors[pairs].sum(axis=1)
-    arms = plane.arms._replace(arm=read_only(plane.arms.arm[np.concatenate([first, second])], ARM))
-    each = read_only(np.arange(2 * m).reshape(2, m).T, np.int64)
-    blocked = np.ones(m, bool)
-    for shift in _SHIFTS:
-        earlier = np.where(moving[first] & moving[second], shift, 0.0)  # nobody waits for one that rests
-        free = np.ones(m, bool)
-        for part in np.linspace(0.0, 1.0, _LOOKS):
-            done = part + np.maximum(0.0, earlier)
-            shares = [np.clip(1.0 - done, 0.0, 1.0), np.clip(1.0 - done + earlier, 0.0, 1.0)]
-            angles = np.concatenate(
-                [
-                    all_ends[who] + _BACK * (moving[who] * share)[:, None]
-                    for who, share in zip((first, second), shares, strict=True)
-                ]
-            )
-            free &= clearances(arms, read_only(angles), each) >= needed
-        blocked &= ~free
+    needed, both = limit + errors[pairs].sum(axis=1), moving[pairs].all(axis=1)
+    blocked = np.ones(len(pairs), bool)
+    for shift in _SHIFTS:  # nobody waits for one that rests
+        blocked &= ~tails_clear(plane.arms, all_ends, moving, pairs, np.where(both, shift, 0.0), needed)
     return [(int(i), int(j)) for i, j in pairs[blocked]]
+
+
+def tails_clear(
+    arms: Arms, ends: np.ndarray, moving: np.ndarray, pairs: np.ndarray, earlier: np.ndarray, needed: np.ndarray
+) -> np.ndarray:
+    """(m,) whether pairs stay clear while tails bring them home, at so many looks.
+
+    Args:
+        arms: positioners, then obstacles.
+        ends: (arms, 2) where all end [rad].
+        moving: (arms,) whose moves have a tail; the others stand at their ends.
+        pairs: (m, 2) of arms.
+        earlier: (m,) by how many tails that of the first is before that of the second.
+        needed: (m,) clearance to keep [mm].
+    """
+    first, second = pairs.T
+    m = len(pairs)
+    each_arms = arms._replace(arm=read_only(arms.arm[np.concatenate([first, second])], ARM))
+    each = read_only(np.arange(2 * m).reshape(2, m).T, np.int64)
+    clear = np.ones(m, bool)
+    for part in np.linspace(0.0, 1.0, _LOOKS):
+        done = part + np.maximum(0.0, earlier)
+        shares = [np.clip(1.0 - done, 0.0, 1.0), np.clip(1.0 - done + earlier, 0.0, 1.0)]
+        angles = np.concatenate(
+            [
+                ends[who] + _BACK * (moving[who] * share)[:, None]
+                for who, share in zip((first, second), shares, strict=True)
+            ]
+        )
+        clear &= clearances(each_arms, read_only(angles), each) >= needed
+    return clear
 
 
 def with_room_for_the_tail(plane: FocalPlane) -> FocalPlane:

@@ -1,6 +1,7 @@
 """Ways of one positioner to its goal, in rows: along its plan, at once, one axis after the other, folded in between.
 
-Each may begin later, or wait before its last turn. Which of them is taken is for `scheduling` to say.
+The last is along its plan piece by piece, in creep where pieces are short. Each may begin later, or wait before its
+last turn. Which of them is taken is for `scheduling` to say.
 """
 
 from collections.abc import Iterable, Iterator
@@ -27,10 +28,9 @@ class Way(NamedTuple):
 
 def ways(
     planned: tuple[list[Move], Pair],
-    start: np.ndarray,
-    goal: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
+    creeping: list[Move],
+    ends: tuple[np.ndarray, np.ndarray],
+    ranges: tuple[np.ndarray, np.ndarray],
     linear: bool,
     tail: bool,
     until: float,
@@ -39,16 +39,16 @@ def ways(
 
     Args:
         planned: what the plan has it do, and leaves to the tail.
-        start: (2,) theta and phi [deg].
-        goal: (2,) [deg].
-        lower: (2,) ends of the ranges [deg].
-        upper: (2,); that of phi is where the arm is folded.
+        creeping: the same piece by piece; none where phi has no creep.
+        ends: start (2,) and goal (2,), theta and phi [deg].
+        ranges: lower (2,) and upper (2,) ends [deg]; the upper of phi is where the arm is folded.
         linear: as of `rows_of`.
         tail: as of `rows_of`.
         until: when all should be done [s].
     """
     found: list[Way] = []
-    for moves, rest in _each_once([planned, *map(_moves, _turns(start, goal, lower, upper - EDGE))]):
+    others = [*map(_moves, _turns(*ends, ranges[0], ranges[1] - EDGE)), (creeping, (0.0, 0.0))]
+    for moves, rest in _each_once([planned, *others]):
         if not moves and not any(rest):
             continue
         now = seconds(rows_of(moves, linear, tail, rest))
