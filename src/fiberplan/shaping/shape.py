@@ -22,7 +22,6 @@ from fiberplan.shaping.whole_steps import in_whole_steps
 from fiberplan.tolerances import RAMP
 
 _FOLLOW = np.radians([6.0, 1.5, 0.4, 0.1])  # how far a joint may be off where its motor is too fast, in turn
-_LEAN = np.array([-1, 1])  # where in its time it then turns, in turn, where whole steps in the middle of it do not do
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,18 +84,16 @@ def shape(
     whole = None if segment is None and step is None else _whole(plane, segment, step)
     ramps = ramped(trajectory, plane, left_out)
     level = np.zeros(plane.n, np.int64)
-    lean = np.concatenate([np.zeros(len(_FOLLOW), np.int64), _LEAN if whole is not None else []])
-    follow = np.append(_FOLLOW, np.full(len(lean) - len(_FOLLOW), _FOLLOW[-1]))
     while True:
         steps = None
         if whole is None:
-            made = no_slower(ramps.trajectory, plane, follow[level])
+            made = no_slower(ramps.trajectory, plane, _FOLLOW[level])
         else:
-            made, steps = in_whole_steps(ramps.trajectory, plane, *whole, follow[level], lean[level])
+            made, steps = in_whole_steps(ramps.trajectory, plane, *whole, _FOLLOW[level])
         certificate = verify(plane, made, margin, jitter, position_error, opening)
         shaped = Shaped(made, certificate, read_only(ramps.error), made.duration - trajectory.duration, steps)
         near = np.unique([arm for pair in shaped.lacking for arm in pair if arm >= 0]).astype(np.int64)
-        near = near[level[near] < len(follow) - 1]
+        near = near[level[near] < len(_FOLLOW) - 1]
         if plane.min_speed is None or not len(near):
             return shaped
         level[near] += 1

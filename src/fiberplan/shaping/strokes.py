@@ -93,7 +93,7 @@ def fill(rules, steps, total):
 
 
 @leaf
-def _stretch(rules, out, first, last, turn, after, before, longest, lean):
+def _stretch(rules, out, first, last, turn, after, before, longest):
     """Put a turn that is too slow for segments [first, last) into some of them; `out` is zero there."""
     way = 1 if turn > 0 else -1
     count = min(last - first, (2 * abs(turn) + rules.least) // (2 * rules.least))
@@ -102,7 +102,7 @@ def _stretch(rules, out, first, last, turn, after, before, longest, lean):
         begin, end = first + (last - first) * k // number, first + (last - first) * (k + 1) // number
         mine = count * (k + 1) // number - count * k // number
         room = end - begin - mine
-        at = begin + (room * (1 + lean)) // 2
+        at = begin + room // 2
         if after and (not before or k == 0):
             at = begin
         elif before and (not after or k == number - 1):
@@ -112,7 +112,7 @@ def _stretch(rules, out, first, last, turn, after, before, longest, lean):
 
 
 @leaf
-def _no_slower(rules, wanted, out, longest, lean):
+def _no_slower(rules, wanted, out, longest):
     """The wanted steps with none below the least: slow stretches as whole segments of the least, and none."""
     m = len(wanted)
     begin = 0
@@ -131,7 +131,7 @@ def _no_slower(rules, wanted, out, longest, lean):
         after = begin > 0 and wanted[begin - 1] * way >= rules.least
         before = end < m and wanted[end] * way >= rules.least
         if turn != 0:
-            _stretch(rules, out, begin, end, turn, after, before, longest, lean)
+            _stretch(rules, out, begin, end, turn, after, before, longest)
         begin = end
 
 
@@ -258,14 +258,14 @@ def _beyond(steps, low, high):
 
 
 @leaf
-def _one_followed(rules, wanted, longest, lean, out):
+def _one_followed(rules, wanted, longest, out):
     """`followed`, of one joint, wherever its range ends."""
     m = len(wanted)
     end = 0
     for k in range(m):
         end += wanted[k]
     out[:] = 0
-    _no_slower(rules, wanted, out, longest, lean)
+    _no_slower(rules, wanted, out, longest)
     owed = _strokes(rules, out[:m], end)
     if owed != 0:
         owed = _resized(rules, out[:m], owed)
@@ -273,7 +273,7 @@ def _one_followed(rules, wanted, longest, lean, out):
 
 
 @kernel
-def followed(least, most, change, first, wanted, longest, lean, low, high, out):
+def followed(least, most, change, first, wanted, longest, low, high, out):
     """Steps of joints that follow the wanted ones, in `out` (joints, m + TAIL).
 
     Args:
@@ -283,7 +283,6 @@ def followed(least, most, change, first, wanted, longest, lean, low, high, out):
         first: (joints,)
         wanted: (joints, m) steps in each segment, of any size.
         longest: (joints,) segments that a joint may turn in one go where it should turn more slowly than it can.
-        lean: (joints,) where in its time it then turns: -1 early, 0 in the middle, 1 late.
         low: (joints,) lowest place of a joint, in steps from where it is.
         high: (joints,) highest place.
         out: all columns beyond m are for going there and back.
@@ -300,7 +299,7 @@ def followed(least, most, change, first, wanted, longest, lean, low, high, out):
         lower, upper = lowest, highest
         for _ in range(_TURNS):
             _drawn_in(wanted[j], lower, upper, drawn)
-            if not _one_followed(rules, drawn, longest[j], lean[j], out[j]):
+            if not _one_followed(rules, drawn, longest[j], out[j]):
                 break
             below, above = _beyond(out[j], lowest, highest)
             if below == 0 and above == 0:

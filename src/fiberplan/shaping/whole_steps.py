@@ -38,7 +38,7 @@ def step_rules(plane: FocalPlane, step: np.ndarray, segment: float) -> tuple[np.
 
 
 def in_whole_steps(
-    trajectory: Trajectory, plane: FocalPlane, step: np.ndarray, segment: float, follow: np.ndarray, lean: np.ndarray
+    trajectory: Trajectory, plane: FocalPlane, step: np.ndarray, segment: float, follow: np.ndarray
 ) -> tuple[Trajectory, np.ndarray]:
     """The motion in whole steps, and these (segments, n, 2); it ends within half a step of where it should.
 
@@ -48,7 +48,6 @@ def in_whole_steps(
         step: (n, 2) turn of one step [rad].
         segment: [s].
         follow: (n,) how far joints may turn in one go where they should turn more slowly than they can [rad].
-        lean: (n,) where in its time a joint then turns: -1 early, 0 in the middle, 1 late.
 
     Raises:
         TrajectoryError: limits under which a joint cannot get where it should.
@@ -62,7 +61,7 @@ def in_whole_steps(
     longest = np.maximum(1, np.rint(follow[:, None] / (np.maximum(rules[0], 1) * step))).astype(np.int64)
     low = np.ceil((plane.lower - trajectory.start) / step - _WHOLE)
     high = np.floor((plane.upper - trajectory.start) / step + _WHOLE)
-    each = (read_only(given.ravel(), np.int64) for given in (longest, np.repeat(lean, 2), low, high))
+    each = (read_only(given.ravel(), np.int64) for given in (longest, low, high))
     made = np.zeros((len(wanted), count + TAIL), np.int64)
     done = followed(*(read_only(rule.ravel(), np.int64) for rule in rules), wanted, *each, made)
     if not done.all():
