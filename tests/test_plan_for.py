@@ -106,9 +106,36 @@ def test_the_command_plans_for_a_controller(tmp_path, capsys, monkeypatch, ninet
     facts = json.loads(capsys.readouterr().out)
     assert facts["facts"]["seconds longer than the plan"] == 0.0
     assert run(["simulate", "nineteen.fits", "w.json", "--latency", "0.01", "--runs", "20"]) == 0
+    assert run(["plan", *options, "--export", "latency=0.01", "--export", "allowance=0.01"]) == 0
+    assert "executed by moons: safe: " in capsys.readouterr().out
     assert run(["plan", *options[:-4], "--for", "lamost"]) == 2
     assert "no controller 'lamost'; there are sdss, desi, moons, pfs" in capsys.readouterr().err
     assert set(CONTROLLERS) >= {"sdss", "desi", "moons", "pfs"}
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        (["--export", "power=0.5"], "--export power=0.5: of which controller? Say --for, too"),
+        (["--for", "moons", "--export", "power=0.5"], "--export power: 'moons' has no such option; it has allowance,"),
+        (["--for", "desi", "--export", "power"], "--export power: expected key=value"),
+        (["--for", "desi", "--export", "power=half"], "--export power=half: expected a number"),
+        (["--for", "desi", "--export", "tail=1"], "--export tail=1: expected true or false"),
+        (["--for", "desi", "--export", "tail=true", "--export", "tail=false"], "--export tail is given twice"),
+        (["--for", "desi", "--export", "power=2"], "power must be a share above 0 and at most 1, got 2"),
+        (["--for", "desi", "--export", "calibration=no.ecsv"], "no.ecsv"),
+    ],
+)
+def test_options_of_the_export_that_make_no_sense_are_one_line(tmp_path, capsys, monkeypatch, given, complaint):
+    monkeypatch.chdir(tmp_path)
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(aliases=("M00001",))
+    plane.write("one.fits")
+    (tmp_path / "field.csv").write_text("positioner,alpha,beta\nR0C1,30,150\n")
+    assert run(["plan", "one.fits", "field.csv", "--margin", "0", "-o", "p.fits", *given]) == 2
+    said = capsys.readouterr().err
+    assert complaint in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "p.fits").exists()
 
 
 def test_options_of_writers_are_options_of_export(tmp_path, capsys, monkeypatch):

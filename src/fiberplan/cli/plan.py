@@ -54,22 +54,28 @@ def plan(
         typer.Option(
             "--set",
             metavar="KEY=VALUE",
-            help="A setting of the planner; `fiberplan planners NAME` lists them. Repeatable.",
+            help="A setting: `fiberplan planners NAME`. Repeatable.",
             autocompletion=setting_keys,
         ),
     ] = None,
-    settings: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings as TOML; --set goes before.")] = None,
+    settings: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings, as a TOML file.")] = None,
     controller: Annotated[
         str | None,
         typer.Option("--for", metavar="CONTROLLER", help="So that its motors can.", autocompletion=controller_names),
+    ] = None,
+    exported: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--export",
+            metavar="KEY=VALUE",
+            help="Of its export: power=0.5.",
+        ),
     ] = None,
     margin: Margin = None,
     jitter: Jitter = 0.0,
     position_error: PositionError = 0.0,
     conflicts: Annotated[Conflicts, typer.Option(help="Bad goals: refuse or drop?")] = ("raise"),
-    priority_order: Annotated[
-        Order, typer.Option(help="Which priority matters more in TARGETS; smaller: 1 is first.")
-    ] = "larger",
+    priority_order: Annotated[Order, typer.Option(help="Which priority goes first.")] = "larger",
     park_idle: Annotated[bool, typer.Option("--park-idle", help="Fold who has no target.")] = False,
     park_at: Annotated[tuple[float, float] | None, typer.Option(metavar="A B", help="Park idle there (deg).")] = None,
     prefer: Annotated[
@@ -79,7 +85,7 @@ def plan(
     seed: SeedOption = 0,
     deadline: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Take the best plan after so many seconds, as after Ctrl-C (direct).", min=0.0),
+        typer.Option(metavar="S", help="Best plan after so many seconds (direct).", min=0.0),
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the plan here.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write an HTML page that shows it.")] = None,
@@ -94,6 +100,7 @@ def plan(
     with working("planning") as tell:
         import numpy as np
 
+        from fiberplan.cli.export_options import export_options
         from fiberplan.cli.planner import chosen_planner, planned_by, settings_facts
         from fiberplan.focal_plane import FocalPlane
         from fiberplan.hardware.certified import said
@@ -102,6 +109,7 @@ def plan(
         from fiberplan.planners.parking import plan_with_parking
         from fiberplan.problem import Problem, Targets
 
+        options = export_options(controller, exported or ())
         chosen = chosen_planner(planner, seed, assignments or (), settings)
         plane, off = switched_off(FocalPlane.load(instrument, conflicts), offline or ())
         plane = plane if controller is None else fitted(plane, controller)
@@ -117,12 +125,12 @@ def plan(
         )
         refuse_overlaps(problem)
 
-        planning = partial(planned_by, chosen, deadline=deadline, tell=tell, controller=controller)
+        planning = partial(planned_by, chosen, deadline=deadline, tell=tell, controller=controller, options=options)
         at = None if park_at is None else np.radians(park_at)
         parks = park_idle or park_at is not None
         planned = plan_with_parking(planning, problem, at) if parks else planning(problem)
         faults = planned.faults()
-        proof = None if controller is None else executed(controller, planned)
+        proof = None if controller is None else executed(controller, planned, **options)
         if proof is not None and not proof.ok:
             faults.append(f"executed by {controller}: {said(planned, proof)}")
     with working("writing"):

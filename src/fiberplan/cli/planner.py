@@ -2,8 +2,9 @@
 
 import inspect
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from fiberplan.cli.settings import Setting, found, settings_of
@@ -72,6 +73,7 @@ def planned_by(
     deadline: float | None,
     tell: Callable[[str], None],
     controller: str | None = None,
+    options: Mapping[str, Any] = MappingProxyType({}),
 ) -> Plan:
     """What the planner makes of the problem, fit for the accelerations and least speeds of its focal plane's motors.
 
@@ -83,6 +85,7 @@ def planned_by(
         deadline: wall-clock seconds for each time that it is asked.
         tell: told how far things are.
         controller: whose motors are to execute it, if any.
+        options: of that controller's `write`.
 
     Raises:
         FiberplanError: a deadline for a planner that takes the time it takes, or what the controller cannot do.
@@ -98,7 +101,7 @@ def planned_by(
         return plan_for_motors(patient, problem)  # which is the planner's own where motors have no such limits
     from fiberplan.hardware.planned import plan_for
 
-    return plan_for(controller, patient, problem)
+    return plan_for(controller, patient, problem, **options)
 
 
 class _Patient(NamedTuple):

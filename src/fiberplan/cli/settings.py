@@ -153,6 +153,20 @@ def _parsed(text: str, kind: type, parts: tuple[type, ...] = ()) -> Any:
     return text
 
 
+def converted(text: str, kind: type, what: str) -> Any:
+    """What text says of one of the `_PLAIN` kinds; for any other, what that makes of it.
+
+    Raises:
+        FiberplanError: it says none; names what it was given for.
+    """
+    if kind not in _PLAIN:
+        return kind(text)
+    value = _parsed(text, kind)
+    if not _fits(value, kind):
+        raise FiberplanError(f"{what}={text}: expected {_PLAIN[kind]}")
+    return float(value) if kind is float else value
+
+
 def _fits(value: Any, kind: type) -> bool:
     if kind is float:
         return isinstance(value, float) or _fits(value, int)
