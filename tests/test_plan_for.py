@@ -13,6 +13,7 @@ from fiberplan.hardware import CONTROLLERS, moons
 from fiberplan.hardware.planned import executed, fitted, plan_for
 from fiberplan.planners.amending import mended
 from fiberplan.scenes.uniform import uniform_field
+from fiberplan.shaping.replanned import Made, replanned
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +61,28 @@ def test_all_others_keep_their_paths(nineteen):
     assert (made.certificate.contacts, made.certificate.undecided) == ((), ())
     rows = [k for k, each in enumerate(made.certificate.pairs.tolist()) if tuple(each) == pair]
     assert made.certificate.clearance[rows[0]] >= problem.margin + 0.1 - 1e-6
+
+
+@pytest.mark.parametrize("conflicts", ["drop", "raise"])
+def test_who_comes_too_near_whatever_is_tried_is_given_up(conflicts):
+    """Motors that never keep two apart while both have goals: the lesser goal goes, by name, if it may."""
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    goal, asked = plane.folded + np.array([0.4, -0.3]), []
+    problem = fp.Problem(plane, plane.folded, goal, 0.1, np.arange(1.0, 8.0), conflicts)
+
+    def made(plan):
+        asked.append(plan)
+        return Made(plan, {} if np.isnan(plan.problem.goal[[2, 3]]).any() else {(2, 3): 0.01})
+
+    plan = replanned(fp.planners.GreedyFold(), problem, made)
+    assert len(asked) < 12
+    if conflicts == "raise":
+        assert plan.problem.dropped == {}
+        return
+    cause = "positioner 'R0C1': what its motors make of any path that was tried comes too near R0C2"
+    assert [(i, each.cause, each.blockers) for i, each in plan.problem.dropped.items()] == [(2, cause, (3,))]
+    assert plan.kept == 28 - 3  # priorities
+    assert plan.faults() == []
 
 
 @pytest.mark.parametrize("name", ["sdss", "desi", "moons", "pfs"])

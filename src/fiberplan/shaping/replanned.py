@@ -5,7 +5,8 @@ Those that came too near are led past each other anew, farther apart by what was
 paths (`fiberplan.planners.amending.mending`). Where that ends in nothing, the planner is asked again, with arms that
 are thicker than they are: those of pairs that came too near by what was missing, and all others by a little more in
 each round, for in a new plan other pairs graze. No arm gets more room than its start and goal leave. In late rounds
-joints get a little slower, too: corners of slower motions are softer.
+joints get a little slower, too: corners of slower motions are softer. Where the same pairs come too near all the same,
+one of each gives up its goal, where that is allowed, and all is planned without.
 """
 
 import dataclasses
@@ -19,7 +20,8 @@ from fiberplan.kernels.clearance import clearances
 from fiberplan.plan import Plan
 from fiberplan.planners import Planner
 from fiberplan.planners.amending import mended
-from fiberplan.problem import Problem
+from fiberplan.problem import Dropped, Problem
+from fiberplan.problem.least_cover import least_loss
 from fiberplan.shaping.shape import shape
 from fiberplan.tolerances import SCENE
 
@@ -30,6 +32,8 @@ _MORE = 0.02  # [mm] each round, for a pair that came too near beyond what was m
 _ALL = 0.01  # [mm] for every arm in the second round, twice as much in each after it
 _SLOWER = 0.01  # of a joint's speed, in each round ...
 _PATIENT = 3  # ... after so many
+_SAME = 4  # times that the same pairs come too near, before mending gives up; and planning, one time more
+_GIVEN_UP = 3  # times that goals are given up
 _MOST = 2.0  # [mm] no arm gets more room
 
 
@@ -72,41 +76,83 @@ def plan_for_motors(planner: Planner, problem: Problem, rounds: int = ROUNDS, **
 def replanned(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS) -> Plan:
     """The planner's plan, mended and planned again until what motors make of it keeps the margin.
 
+    Pairs that come too near whatever is tried lose a goal, where conflicts are dropped.
+
     Args:
         planner: any.
         problem: whose goals to reach, and how far apart to stay.
         make: what motors make of a plan.
-        rounds: times that the planner may be asked.
+        rounds: times that the planner may be asked, for each choice of goals.
 
     Returns:
         the best plan, as `make` made it; its last note says how often it was planned and mended.
     """
+    tried = _tried(planner, problem, make, rounds)
+    for _ in range(_GIVEN_UP):
+        fewer = _without_those(problem, tried.best)
+        if fewer is None:
+            break
+        again = _tried(planner, fewer, make, rounds)
+        problem, tried = fewer, _Tried(again.best, tried.asked + again.asked, tried.led + again.led)
+    anew = f", {tried.led} pairs led past each other anew" if tried.led else ""
+    said = f"planned {tried.asked} time{'s' if tried.asked > 1 else ''}{anew}"
+    return dataclasses.replace(tried.best.plan, problem=problem, notes=(*tried.best.plan.notes, said))
+
+
+class _Tried(NamedTuple):
+    """What came of one choice of goals."""
+
+    best: Made
+    asked: int  #: times that the planner was
+    led: int  #: pairs that were led past each other anew
+
+
+def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int) -> _Tried:
     most = _most_room(problem)
     given = np.zeros(problem.n)
     plan = planner.plan(problem)
     made, asked, led, kept = make(plan), 1, 0, plan.kept
-    best, left = made, _MENDS
+    best, left, same = made, _MENDS, 0
     while made.lacking or plan.kept < kept:
         missing = _missing(made.lacking, problem.n)
         parted = 0
-        if made.lacking and left:
+        if made.lacking and left and same < _SAME:
             given, left, turn = np.minimum(given + missing, most), left - 1, _MENDS - left
             asked_of = dataclasses.replace(plan, problem=problem)
             mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
         if parted:
             plan, led = mend, led + parted
-        elif asked == rounds:
+        elif asked == rounds or same > _SAME:
             break
         else:
             more = np.maximum(given + missing, _ALL * 2.0**asked)
             given = np.minimum(more, most) if made.lacking else 0.5 * given  # safe, but somebody is lost
             plan = planner.plan(_roomier(problem, given, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
             asked, left = asked + 1, _MENDS
-        made = make(plan)
+        before, made = made, make(plan)
+        same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
         best = min(best, made, key=lambda each: (bool(each.lacking), -each.plan.kept, len(each.lacking)))
-    anew = f", {led} pairs led past each other anew" if led else ""
-    said = f"planned {asked} time{'s' if asked > 1 else ''}{anew}"
-    return dataclasses.replace(best.plan, problem=problem, notes=(*best.plan.notes, said))
+    return _Tried(best, asked, led)
+
+
+def _without_those(problem: Problem, made: Made) -> Problem | None:
+    """The problem without goals of pairs that come too near; None where there are no such, or none may be given up."""
+    plane, priority = problem.plane, problem.priority
+    can = np.append(problem.has_goal & plane.online, np.zeros(len(plane.obstacles), bool))
+    pairs = [(plane.arm(i), plane.arm(j)) for i, j in made.lacking]
+    pairs = [(i, j) for i, j in pairs if can[i] or can[j]]
+    if problem.conflicts == "raise" or not pairs:
+        return None
+    assert priority is not None  # set on construction
+    dropped = {}
+    for i, blockers in least_loss(pairs, can, priority).items():
+        touched = tuple(plane.public(arm) for arm in blockers)
+        beside = " and ".join(map(plane.label, touched))
+        cause = f"positioner '{plane.ids[i]}': what its motors make of any path that was tried comes too near {beside}"
+        dropped[i] = Dropped(cause, touched)
+    goal = problem.goal.copy()
+    goal[list(dropped)] = np.nan
+    return dataclasses.replace(problem, goal=goal, dropped={**problem.dropped, **dropped})
 
 
 def _roomier(problem: Problem, room: np.ndarray, speed: float) -> Problem:
