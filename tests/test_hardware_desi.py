@@ -10,16 +10,9 @@ import fiberplan as fp
 from fiberplan.errors import PlanError, ProblemError, TrajectoryError, UnprovenError
 from fiberplan.hardware import desi
 from fiberplan.hardware.desi.decode import Tables, read_tables
-from fiberplan.hardware.desi.encode import (
-    Move,
-    as_csv,
-    creeping_moves,
-    moves_of,
-    rows_of,
-    tables,
-    turned,
-    turned_linear,
-)
+from fiberplan.hardware.desi.encode import as_csv, tables
+from fiberplan.hardware.desi.moves import creeping_moves, moves_of
+from fiberplan.hardware.desi.rows import Move, rows_of, turned, turned_linear
 from fiberplan.hardware.desi.scheduling import SPARE, scheduled
 from fiberplan.hardware.desi.turns import axis_turn
 from fiberplan.hardware.desi.ways import seconds

@@ -4,7 +4,7 @@
 - `replanned`: `plan_for_motors`, which mends a plan, or asks for another, where what motors make of it comes too near
 - `ramps`: corners rounded by ramps of bounded acceleration
 - `bursts`: turns that are too slow for a motor made of turns and rests
-- `whole_steps`: a motion in segments and whole steps; `strokes`: those of one joint
+- `whole_steps`: a motion in segments and whole steps; `following`: those of one joint; `strokes`: what one turn can be
 - `knots`: knots of motions of which each joint is shaped by itself
 - `quantization`: joint speeds in a few bits, held per tick, as safe as the motion they follow
 - `levels`: the speeds that a joint can have

@@ -6,8 +6,8 @@ from fiberplan.arrays import read_only
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
+from fiberplan.shaping.following import TAIL, followed
 from fiberplan.shaping.knots import with_bends
-from fiberplan.shaping.strokes import TAIL, followed
 from fiberplan.tolerances import RAMP
 
 _FIRST = 7  #: this part of the change between segments may come on top of the least steps at the ends of strokes

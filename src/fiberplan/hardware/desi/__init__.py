@@ -3,7 +3,8 @@
 A file is a table with a line a positioner, as the instrument archives it. Facts from the public code and tables of the
 instrument's team; not verified on hardware.
 
-- `encode`: from a plan to rows: cruise and creep, jogs of linear phi motors, the tail that takes out backlash
+- `encode`: from a plan to the bytes of its tables; `moves`: what its path wants of each row
+- `rows`: cruise and creep in whole steps, jogs of linear phi motors, the tail that takes out backlash
 - `scheduling`: other rows for those who would meet, chosen among `ways`; `meetings`: who meets whom
 - `power`: waits with which no power supply has too many moving at once
 - `endings`: goals at which tables can end

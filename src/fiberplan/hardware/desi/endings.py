@@ -16,7 +16,8 @@ from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.drift import motion_bounds
 from fiberplan.hardware.certified import ALLOWANCE
 from fiberplan.hardware.desi.calibration import motors_of
-from fiberplan.hardware.desi.encode import BACKLASH, EDGE, FORTH
+from fiberplan.hardware.desi.moves import EDGE
+from fiberplan.hardware.desi.rows import BACKLASH, FORTH
 from fiberplan.hardware.desi.turns import largest_errors
 from fiberplan.kernels.arms import ARM, Arms
 from fiberplan.kernels.clearance import clearances

@@ -10,8 +10,9 @@ from fiberplan.certificates.keeping import keeps
 from fiberplan.certificates.path import as_motion
 from fiberplan.focal_plane.drift import motion_bounds
 from fiberplan.hardware.desi.decode import Tables, turned
-from fiberplan.hardware.desi.encode import Row, Table
+from fiberplan.hardware.desi.encode import Table
 from fiberplan.hardware.desi.endings import tails_clear
+from fiberplan.hardware.desi.rows import Row
 from fiberplan.hardware.desi.turns import largest_errors
 from fiberplan.kernels.arms import ARM, Arms
 from fiberplan.kernels.clearance import clearances

@@ -13,7 +13,8 @@ from fiberplan.arrays import number
 from fiberplan.errors import PlanError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.drift import motion_bounds
-from fiberplan.hardware.desi.encode import Move, Table, rows_of
+from fiberplan.hardware.desi.encode import Table
+from fiberplan.hardware.desi.rows import Move, rows_of
 from fiberplan.motion import Executed
 from fiberplan.plan import Plan
 from fiberplan.shaping import Staggered, staggered

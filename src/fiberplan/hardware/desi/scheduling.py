@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.hardware.desi.encode import Row, Table, creeping_moves, planned_moves, rows_of
+from fiberplan.hardware.desi.encode import Table
 from fiberplan.hardware.desi.meetings import SHIFTS, Meetings, Pair, Path
+from fiberplan.hardware.desi.moves import creeping_moves, planned_moves
+from fiberplan.hardware.desi.rows import Row, rows_of
 from fiberplan.hardware.desi.ways import Way, seconds, ways
 from fiberplan.plan import Plan
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiberplan.hardware.desi.encode import EDGE, SLICE, Move, Pair, Row, rows_of
+from fiberplan.hardware.desi.moves import EDGE, SLICE
+from fiberplan.hardware.desi.rows import Move, Pair, Row, rows_of
 
 _WAITS = (0.0, 0.5, 1.0)  # of the time that a way leaves until all should be done
 _LATER = (1.5, 3.0)  # [s] beyond that
