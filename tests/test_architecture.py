@@ -61,7 +61,8 @@ def test_every_room_is_described_at_its_level():
 def test_rules_of_a_room_are_contracts():
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
     for contract in contracts:
-        for room in contract.get("source_modules", ()):
+        rooms = [name for name in contract.get("source_modules", ()) if name.count(".") == 1]  # others are within one
+        for room in rooms:
             (rule,) = re.findall(rf"^\| \d+ \| `{room.split('.')[1]}` \|.*\| (.*) \|$", PAGE, re.MULTILINE)
             assert set(re.findall(r"`(\w+)`", rule)) == {name.split(".")[1] for name in contract["forbidden_modules"]}
 
