@@ -17,6 +17,8 @@ from fiberplan.hardware.desi.scheduling import SPARE, scheduled
 from fiberplan.hardware.desi.turns import axis_turn
 from fiberplan.hardware.desi.ways import seconds
 
+pytestmark = pytest.mark.small
+
 RETRACTED = 114.0 + 1.085708  # phi of the envelope Eo, as the golden positioners count it [deg]
 
 
@@ -297,6 +299,7 @@ BELOW, WALL = (-40.0, 114.0), (150.0, 20.0)
 """Of R0C2 and R0C3 [deg], 0.025 mm apart; where R0C2 turns back by 3 deg, phi alone or theta, too, it touches."""
 
 
+@pytest.mark.large
 def test_the_tail_is_swept(tmp_path, seven):
     """Clear along the plan, and touching three degrees before the goal in the tail, whichever way it comes."""
     plan = by_hand(fast(seven), {"R0C2": [(0, -40, 180), (1, *BELOW)], "R0C3": [(0, *WALL)]})
@@ -307,6 +310,7 @@ def test_the_tail_is_swept(tmp_path, seven):
     assert desi.write(plan, tmp_path / "t.csv", tail=False, allowance=0.0).certificate.ok
 
 
+@pytest.mark.large
 def test_who_would_meet_goes_another_way(tmp_path, seven, beside):
     """If R0C3 moves, too, it can come when the tail of R0C2 is over."""
     plan = by_hand(fast(seven), {"R0C2": [(0, 0, 180), (1, 0, beside)], "R0C3": [(0, 180, 180), (1, 180, 150)]})

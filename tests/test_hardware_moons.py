@@ -10,6 +10,8 @@ from fiberplan.errors import PlanError, TrajectoryError, UnprovenError
 from fiberplan.hardware import moons
 from fiberplan.hardware.moons.encode import STEPS, as_json, waveforms
 
+pytestmark = pytest.mark.small
+
 UP = [62, 112, 162, 212, 250]  # the fastest way to full speed, and back
 TURN = [*UP, *[250] * 4, *UP[::-1]]
 

@@ -12,6 +12,8 @@ from fiberplan.hardware import pfs
 from fiberplan.hardware.pfs.waiting import without_waiting
 from fiberplan.scenes.uniform import uniform_field
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture(scope="module")
 def seven():
@@ -42,6 +44,7 @@ def any_speeds(plane, begin, end, rng, count=4000):
     return smallest
 
 
+@pytest.mark.large
 def test_the_proof_leaves_speeds_open(seven):
     """What random progress of joints finds to touch is found; what is proven clear no progress makes touch."""
     rng = np.random.default_rng(1)
@@ -86,6 +89,7 @@ def facing(seven):
     raise AssertionError("none found")
 
 
+@pytest.mark.large
 def test_who_would_meet_turns_out_one_after_the_other(tmp_path, seven):
     plan = facing(seven)
     done = pfs.write(plan, tmp_path / "t.csv")

@@ -12,6 +12,8 @@ from fiberplan.errors import PlanError
 from fiberplan.hardware import desi
 from fiberplan.shaping import load
 
+pytestmark = pytest.mark.small
+
 CRUISE = np.radians(59_400 / (46 / 14 + 1) ** 4)
 
 

@@ -13,6 +13,8 @@ from fiberplan.hardware import sdss
 from fiberplan.hardware.sdss import encode
 from fiberplan.scenes.uniform import uniform_field
 
+pytestmark = pytest.mark.small
+
 SPEED = np.radians(12.0)
 RESTS = {"alpha": [[0.0, 1.0], [0.0, 2.0]], "beta": [[180.0, 1.0], [180.0, 2.0]]}
 
@@ -63,6 +65,7 @@ def test_who_cannot_move_is_not_in_the_file_and_rests_in_the_proof(tmp_path, sev
     assert executed.assumptions == (f"{seven.ids[2]} are not in t.yaml: taken as folded, and as never moving",)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("ending", ["json", "yaml"])
 def test_what_is_read_back_is_the_plan_to_a_thousandth_of_a_degree(tmp_path, seven, ending):
     problem = fp.Problem(seven, uniform_field(seven, 1, 0.8), uniform_field(seven, 2, 0.8), 0.8)

@@ -11,6 +11,8 @@ from fiberplan.motion import Trajectory
 from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 
+pytestmark = pytest.mark.small
+
 UP = np.radians([90.0, 180.0])  #: across the row, beta at its stop: such an arm reaches 9.1 mm up and down
 
 
@@ -32,6 +34,7 @@ def test_robots_far_apart_home_together():
     assert str(groups) == "1 sets of betas (at least 1), 0 unable; 1 sets of alphas (at least 1), 0 unable"
 
 
+@pytest.mark.large
 def test_alphas_whose_sweeps_meet_home_one_after_the_other():
     """Sweeps of 9.1 mm meet at 17 mm; past one that stands across there are 6.4 mm to spare. It homes to stand so."""
     plane = standing(17.0, 90.0, 450.0)
@@ -72,6 +75,7 @@ def test_offline_robots_neither_home_nor_are_named():
     assert len(groups.unable_beta) == len(groups.unable_alpha) == 0
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_sets_are_safe_at_any_speed(seed):
     plane = fp.FocalPlane.hexagonal(2, 22.4)

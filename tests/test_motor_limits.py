@@ -13,6 +13,8 @@ from fiberplan.motion import Trajectory
 from fiberplan.tolerances import RAMP
 from references import make_plane, motion_of
 
+pytestmark = pytest.mark.small
+
 SPEED, ACCELERATION, SLOWEST = 2.0, 4.0, 0.5  # [rad/s, rad/s^2, rad/s]
 
 

@@ -85,6 +85,7 @@ def test_who_comes_too_near_whatever_is_tried_is_given_up(conflicts):
     assert plan.faults() == []
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", ["sdss", "desi", "moons", "pfs"])
 def test_planes_are_fitted_to_controllers(name):
     wide = fp.FocalPlane.hexagonal(1, 22.4, lower=(-7.0, 0.0), upper=(7.0, np.pi), max_speed=100.0)
@@ -101,6 +102,7 @@ def test_planes_are_fitted_to_controllers(name):
         fitted(wide, "lamost")
 
 
+@pytest.mark.small
 def test_what_a_controller_cannot_do_is_named_without_a_file():
     """The message is not about the file that was written to find out."""
     unnamed = field(fitted(fp.FocalPlane.hexagonal(0, 22.4), "desi"), 0)
@@ -108,6 +110,7 @@ def test_what_a_controller_cannot_do_is_named_without_a_file():
         plan_for("desi", fp.planners.GreedyFold(), unnamed)
 
 
+@pytest.mark.small
 @pytest.mark.parametrize("name", ["desi", "moons", "pfs"])
 def test_a_file_that_moves_nobody_is_refused_as_such(name):
     plane = fitted(fp.FocalPlane.hexagonal(0, 22.4), name)
@@ -161,6 +164,7 @@ def test_options_of_the_export_that_make_no_sense_are_one_line(tmp_path, capsys,
     assert not (tmp_path / "p.fits").exists()
 
 
+@pytest.mark.small
 def test_options_of_writers_are_options_of_export(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     plane = fp.FocalPlane.hexagonal(0, 22.4)

@@ -18,6 +18,8 @@ from fiberplan.shaping.ramps import ramped
 from fiberplan.tolerances import RAMP
 from references import make_plane, motion_of
 
+pytestmark = pytest.mark.small
+
 SPEED, ACCELERATION = 2.0, 4.0  # [rad/s, rad/s^2]: half a second to full speed
 TIP = Body(np.array([[10.0, 0.0]]), 0.01)
 
@@ -200,6 +202,7 @@ def test_the_planner_is_asked_again_with_more_room(monkeypatch):
     assert f"planned {len(planner.asked)} times" in plan.notes[-1]
 
 
+@pytest.mark.large
 def test_a_whole_field_is_planned_for_its_motors():
     plane = fp.FocalPlane.hexagonal(2, 22.4, max_speed=np.radians(12.0)).replace(
         max_acceleration=np.full((19, 2), np.radians(24.0)), min_speed=np.full((19, 2), np.radians(3.0))

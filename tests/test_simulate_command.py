@@ -65,6 +65,7 @@ def test_an_abort_leaves_a_start_for_the_next_plan(folder, capsys):
     assert "1 of 1 arrived in 4.6 s" in capsys.readouterr().out
 
 
+@pytest.mark.small
 def test_who_is_unknown_stays_so(folder, capsys):
     """Nobody says where the five stand that the file leaves out; the two are where their paths end."""
     told(capsys, 0, "pass.json", "-o", "after.ecsv")
@@ -99,6 +100,7 @@ def test_our_own_table_is_executed_too(folder, capsys):
         assert not after.unknown.any()
 
 
+@pytest.mark.small
 def test_who_rests_is_known_and_who_cannot_move_stays_so(folder, capsys):
     """A table says where robots stand that do not move in it, and its meta data who cannot."""
     lines = ["# %ECSV 1.0", "# ---", "# datatype:", "# - {name: positioner, datatype: string}"]
@@ -115,6 +117,7 @@ def test_who_rests_is_known_and_who_cannot_move_stays_so(folder, capsys):
     assert after.unknown[[moves, stays, guessed, rests]].tolist() == [False, False, True, False]
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("options", "says"),
     [

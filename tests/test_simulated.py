@@ -13,6 +13,8 @@ from fiberplan.planners import GreedyFold
 from fiberplan.scenes.uniform import uniform_field
 from references import motion_of
 
+pytestmark = pytest.mark.small
+
 TWO = motion_of([(0.0, 0.0, 0.0), (2.0, 1.0, 0.0)], [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (3.0, 0.0, 1.0)])
 
 
@@ -48,6 +50,7 @@ def test_stalls_absences_and_aborts_stop_robots():
     assert made.duration == 2.0
 
 
+@pytest.mark.large
 def test_the_next_plan_starts_from_what_is_left():
     plane = fp.FocalPlane.hexagonal(1, 22.4)
     start, goal = uniform_field(plane, 0), uniform_field(plane, 1)
@@ -61,6 +64,7 @@ def test_the_next_plan_starts_from_what_is_left():
     assert after.outcomes[3] is fp.Outcome.OFFLINE
 
 
+@pytest.mark.large
 def test_no_contact_where_the_proof_allows_for_the_faults():
     """A thousand runs of motions that are proven with these clocks and errors, and the same runs with twice both."""
     plane = fp.FocalPlane.hexagonal(1, 22.4)

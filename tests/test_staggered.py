@@ -15,6 +15,8 @@ from fiberplan.shaping import load, staggered
 from fiberplan.shaping.supply_load import Stretches, most_at_once
 from references import motion_of
 
+pytestmark = pytest.mark.small
+
 FAR = row(4, 100.0).replace(max_speed=np.full((4, 2), 2.0))  #: arms that never meet
 delayed = partial(staggered, hurry=False)
 
@@ -196,6 +198,7 @@ def field():
     return GreedyFold().plan(fp.Problem(plane, start, goal, 0.5))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("window", [0.0, 3.0])
 def test_a_dense_field_is_spread_over_its_supplies(field, window):
     supplies = [f"supply {i % 2}" for i in range(field.problem.n)]
