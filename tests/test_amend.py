@@ -112,6 +112,7 @@ def test_same_again(folds):
     assert one.notes == other.notes
 
 
+@pytest.mark.small
 def test_a_neighbour_that_has_arrived_makes_room_and_comes_back():
     """P1 stands at its goal, across the only way of P0 (alpha has ends): it has to leave and return."""
     plane = row(2)
@@ -316,6 +317,7 @@ def test_a_large_plan_moves_no_more_than_a_few(folds):
         assert far.max(initial=0.0) < 3 * 22.4
 
 
+@pytest.mark.small
 def test_bodies_of_ones_own_and_categories_that_are_not_near():
     """A patch has whose bodies are whose, and misses categories that are elsewhere only."""
     capsule = np.array([[0.0, 0.0], [10.0, 0.0]])

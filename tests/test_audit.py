@@ -14,6 +14,8 @@ from fiberplan.hardware.audit import audit, read_motion
 from fiberplan.scenes.uniform import uniform_field
 from problems import ARM, SEVEN_PLACES
 
+pytestmark = pytest.mark.small
+
 SEVEN = 'format = 1\nname = "seven"\n' + SEVEN_PLACES + re.sub("speed = .*", "speed = 12", ARM)
 GOOD = {
     "R0C2": {"alpha": [[0.0, 1.0], [60.0, 6.0]], "beta": [[180.0, 1.0], [150.0, 4.0], [120.0, 7.0]]},
@@ -186,6 +188,7 @@ def planned():
     return plan
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("format_", ["ecsv", "sdss"])
 def test_our_own_exports_are_safe_and_the_end_is_the_plans(tmp_path, planned, format_):
     path = tmp_path / f"m.{'json' if format_ == 'sdss' else format_}"

@@ -30,6 +30,7 @@ def test_no_target_is_given_twice():
     assert len(set(zip(targets.x, targets.y, strict=True))) == len(targets)
 
 
+@pytest.mark.small
 def test_targets_crowd():
     points = _thomas_process(FocalPlane.hexagonal(6, 22.4), np.random.default_rng(5))
     inside = points[np.abs(points).max(axis=1) < 90]
@@ -37,6 +38,7 @@ def test_targets_crowd():
     assert counts.var() > 2 * counts.mean()  # of equal size in a uniform field
 
 
+@pytest.mark.small
 def test_offline_positioners_get_no_target():
     plane = FocalPlane.hexagonal(2, 22.4)
     online = np.ones(plane.n, bool)

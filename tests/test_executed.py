@@ -8,6 +8,8 @@ from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane.drift import motion_bounds
 from fiberplan.motion import Executed, Trajectory
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture(scope="module")
 def pair():

@@ -85,6 +85,7 @@ def alone(alpha, beta, **changes):
     return plane, np.array([[alpha, beta]]) * DEG
 
 
+@pytest.mark.small
 def test_one_arm_folds_at_full_speed():
     plane, start = alone(100.0, 30.0)
     walker = Walker(plane, start, 0.0, 1 * DEG, plane.online)
@@ -95,6 +96,7 @@ def test_one_arm_folds_at_full_speed():
     assert fp.verify(plane, walker.trajectory()).ok
 
 
+@pytest.mark.small
 def test_a_step_that_does_not_divide_the_way_lands_on_folded():
     plane, start = alone(100.3, 30.7, folded=np.radians([[10.05, 169.9]]))
     walker = Walker(plane, start, 0.0, 0.7 * DEG, plane.online)
@@ -102,6 +104,7 @@ def test_a_step_that_does_not_divide_the_way_lands_on_folded():
     np.testing.assert_array_equal(walker.angles, plane.folded)
 
 
+@pytest.mark.small
 def test_an_arm_beyond_the_park_state_comes_back():
     """Folded within the range: some have to turn alpha up and beta down."""
     plane, start = alone(3.0, 178.0, folded=np.radians([[10.0, 170.0]]))
@@ -135,6 +138,7 @@ def test_ends_are_told_apart():
     assert Walker(plane, start, 3.0, 1 * DEG, plane.online, patience=20 * DEG).run(700 * DEG) in (STALLED, STUCK)
 
 
+@pytest.mark.small
 def test_reversed_ranking_unfolds():
     plane, start = alone(100.0, 30.0)
     walker = Walker(plane, start, 0.0, 1 * DEG, plane.online)

@@ -216,6 +216,7 @@ def test_another_elbow_is_taken_where_the_first_is_out_of_reach():
         assert plan.faults() == []
 
 
+@pytest.mark.small
 def test_a_goal_that_is_not_taken_leaves_the_bound_as_it_was(monkeypatch):
     """A way to another configuration that takes too long would otherwise keep solutions from being made shorter."""
     plane, start = pocketed()
@@ -253,12 +254,13 @@ def test_off_its_way_a_positioner_has_a_lattice_as_if_it_had_never_been_on_one()
     np.testing.assert_array_equal(search.lattice.path[0], fresh.lattice.path[0])
 
 
+@pytest.mark.small
 def test_another_configuration_is_taken_once_where_a_pair_gets_stuck():
     start, goal = np.radians([[90.0, 120.0], [90.0, 120.0]]), np.radians([[120.0, 120.0], [60.0, 120.0]])
     others = np.full((2, 1, 2), np.nan)
     others[1, 0] = np.radians([20.0, 150.0])
     problem = fp.Problem(row(2), start, goal, alternatives=others)
-    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 0.0), problem.goal, 6 * DEG, None, 0)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 0.0), problem.goal, 20 * DEG, None, 0)
     search.begin()
     pair = np.array([0, 1])
     assert narrow.makes_room(search, pair)

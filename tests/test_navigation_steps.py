@@ -13,6 +13,8 @@ from fiberplan.planners.shared.repulsion import push, theorem1_bound
 from fiberplan.planners.shared.safe_steps import grant, room_of, stepping, take
 from fiberplan.planners.shared.step_limits import limited, straight, within
 
+pytestmark = pytest.mark.small
+
 DT = 0.05
 
 
@@ -58,6 +60,7 @@ def pulled_about(plane, steps, seed, turn):
     return out
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("margin", [0.0, 1.0])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_whatever_is_asked_is_granted_safely(margin, seed):

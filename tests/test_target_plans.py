@@ -34,11 +34,13 @@ def test_plans_can_be_asked_for(seed, plane):
     np.testing.assert_array_equal(again.angles, targets.angles)
 
 
+@pytest.mark.small
 def test_fewer_targets_go_to_some_arms(plane):
     targets = assignment_plan(plane, 0, count=3, separation=80.0)
     assert len(set(targets.positioner)) == 3
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
@@ -59,6 +61,7 @@ def pointing_at_each_other():
     return make_plane([[0.0, 0.0], [15.0, 0.0]], (body,), length=0.0)
 
 
+@pytest.mark.small
 def test_choice_takes_the_first_that_keeps_apart():
     plane = pointing_at_each_other()
     towards, away = np.array([0.0, 0.0]), np.array([np.pi, 0.0])
@@ -75,6 +78,7 @@ def test_choice_takes_the_first_that_keeps_apart():
     np.testing.assert_array_equal(turned, [towards, [0.0, 0.0]])
 
 
+@pytest.mark.small
 def test_pairs_without_any_clear_goal_are_named(plane):
     """Two probes on targets 3 mm apart touch whatever the configurations."""
     targets = Targets([60.0, 60.0], [16.0, 19.0], ("A1", "A2"), source="field.ecsv")
@@ -85,6 +89,7 @@ def test_pairs_without_any_clear_goal_are_named(plane):
     assert len(dropped.dropped) == 1
 
 
+@pytest.mark.small
 def test_moves_and_start_stops_of_a_motion_by_hand():
     """Go, wait, go on, turn back, on with the other joint, faster: five moves, so four start-stops."""
     motion = motion_of(

@@ -67,6 +67,7 @@ def test_a_detour_never_moves_who_is_offline():
     np.testing.assert_array_equal(plan.trajectory.end[~online], start[~online])
 
 
+@pytest.mark.small
 def test_alone_the_path_takes_what_the_joints_ask_for():
     plane = parked(10.0, 170.0, rings=0)
     path, _ = path_in_time(plane, 0, np.array([323.0, 12.5]) * DEG, [], MARGIN, 30.0, STEP)
@@ -77,6 +78,7 @@ def test_alone_the_path_takes_what_the_joints_ask_for():
     assert fp.verify(plane, fp.Trajectory.from_knots(np.zeros(len(times), int), times, angles, 1)).ok
 
 
+@pytest.mark.small
 def test_a_path_waits_for_one_that_passes():
     """A neighbour lies across until 1 s and turns away until 7 s, longer than the path alone would take."""
     plane = parked(0.0, 180.0, rings=1)
@@ -107,6 +109,7 @@ def test_without_a_path_who_refused_is_named():
     assert refusals[0] > 0
 
 
+@pytest.mark.small
 def test_groups_are_linked_through_those_that_can_make_room():
     nowhere = fp.Trajectory.at_rest(np.zeros((6, 2)))
     fold = Fold(nowhere, np.array([0, 1, 4]), {0: 2, 1: 2, 4: 5, 3: 0})  # 3 is not stuck

@@ -1,0 +1,152 @@
+"""The direct planner's search on one to three coarse arms: solutions made shorter, late-safe, stopped, past posts.
+
+With the compiler off, too, these run in seconds.
+"""
+
+import numpy as np
+import pytest
+
+import fiberplan as fp
+from fiberplan import Obstacle, Outcome
+from fiberplan.focal_plane.neighbours import Neighbourhood
+from fiberplan.planners.direct import improving
+from fiberplan.planners.direct import planner as direct_planner
+from fiberplan.planners.direct.improving import react, shorten
+from fiberplan.planners.direct.search import DirectSearch
+from fiberplan.scenes.decisive import row
+from problems import narrow_exchange
+
+pytestmark = pytest.mark.small
+DEG = np.pi / 180.0
+TURN = 45.0 * DEG
+
+
+def searched(problem, turn=TURN, longer=1):
+    """A search that has found paths of so many times the steps that joints need."""
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, problem.margin), problem.goal, turn, None, 0)
+    search.begin()
+    least = search.steps
+    search.lengthen(longer * least)
+    search.place(np.arange(problem.n))
+    assert search.run(10_000, lambda: True)
+    return search, least
+
+
+@pytest.fixture
+def brief(monkeypatch):
+    """Few shortcuts are tried, and not for long."""
+    for name, few in (("_SHORTCUTS", 5), ("_IN_VAIN", 3), ("_MOST_SHORTCUTS", 60), ("_CUTS", 2)):
+        monkeypatch.setattr(improving, name, few)
+
+
+@pytest.mark.usefixtures("brief")
+def test_a_solution_is_made_shorter():
+    search, least = searched(narrow_exchange(), longer=2)
+    before = search.steps
+    assert before == 2 * least
+    shorten(search, lambda: True)
+    assert search.steps < before
+    assert search.touching == 0
+    np.testing.assert_array_equal(search.lattice.path[:2, search.steps], search.problem.goal)
+
+
+def test_stopped_while_it_is_made_shorter_it_is_as_it_was(monkeypatch):
+    search, _ = searched(narrow_exchange(), longer=2)
+    before, path = search.steps, search.lattice.path.copy()
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "attempt", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        shorten(search, lambda: True)
+    assert search.steps == before
+    np.testing.assert_array_equal(search.lattice.path, path)
+    assert search.touching == 0
+
+
+def beside():
+    """Two arms that turn a little, each on its own side, in narrow ranges."""
+    start, turn = np.radians([[150.0, 120.0], [30.0, 120.0]]), np.radians([[40.0, -30.0], [-20.0, 30.0]])
+    ranges = {"lower": start - 60 * DEG, "upper": start + 60 * DEG}
+    return fp.Problem(row(2).replace(folded=start, **ranges), start, start + turn)
+
+
+@pytest.mark.usefixtures("brief")
+@pytest.mark.parametrize(("scene", "longer"), [(beside, 1), (narrow_exchange, 2)])
+def test_late_arms_keep_clear_or_all_is_as_it_was(scene, longer):
+    search, _ = searched(scene(), longer=longer)
+    before, path = search.steps, search.lattice.path.copy()
+    found = react(search, 1.5 * search.duration, 0.1, lambda: True)
+    assert search.touching == 0
+    assert (search.lattice.delay > 0) == found
+    assert found or (search.steps == before and (search.lattice.path == path).all())
+    assert not react(search, 3600.0, 0.1, lambda: True)
+
+
+@pytest.mark.usefixtures("brief")
+@pytest.mark.parametrize("least", [0.5, 3600.0])
+def test_who_stops_dead_is_touched_late_or_the_plan_says_so(least):
+    plan = fp.planners.Direct(turn=TURN, min_reaction=least).plan(beside())
+    assert plan.certificate.ok
+    assert plan.arrivals == "2 of 2"
+    kept = plan.certificate.tolerates.reaction.seconds >= least
+    assert kept != any("stops dead" in note for note in plan.notes)
+
+
+def test_with_a_deadline_the_first_plan_counts_where_the_next_has_nothing(monkeypatch):
+    problem = beside()
+    turns, run = [], DirectSearch.run
+
+    def only_the_first(self, budget, proceed):
+        turns.append(self.widest_turn)
+        return run(self, budget, proceed) if len(turns) == 1 else False
+
+    monkeypatch.setattr(DirectSearch, "run", only_the_first)
+    plan = fp.planners.Direct(turn=20 * DEG).plan(problem, deadline=3600.0)
+    assert turns[0] > 1.5 * turns[1]
+    assert plan.interrupted
+    assert plan.faults() == []
+    assert plan.arrivals == "2 of 2"
+    monkeypatch.setattr(DirectSearch, "run", run)
+    better = fp.planners.Direct(turn=20 * DEG).plan(problem, deadline=3600.0)
+    assert not better.interrupted
+    assert better.makespan <= plan.makespan
+
+
+@pytest.mark.parametrize("name", ["__init__", "run"])
+def test_stopped_it_gives_the_hub(name, monkeypatch):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(direct_planner, "_HUB_STEP", 15 * DEG)
+    monkeypatch.setattr(DirectSearch, name, interrupted)
+    start = np.radians([[150.0, 120.0], [30.0, 120.0]])
+    plan = fp.planners.Direct(turn=TURN).plan(fp.Problem(row(2), start, start + 0.3))
+    assert plan.interrupted
+    assert plan.faults() == []
+    assert plan.arrivals == "2 of 2"
+
+
+def test_stopped_while_finishing_it_loses_nothing(monkeypatch):
+    straight, calls = direct_planner.straighten, []
+
+    def once(*arguments):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return straight(*arguments)
+
+    monkeypatch.setattr(direct_planner, "straighten", once)
+    plan = fp.planners.Direct(turn=TURN).plan(beside())
+    assert plan.interrupted
+    assert plan.arrivals == "2 of 2"
+
+
+def test_a_goal_in_a_pocket_is_given_up_with_the_posts_names():
+    posts = tuple(Obstacle(f"post {x:g} {y:g}", [[x, y]], 1.0) for x in (-7.0, 7.0) for y in (-2.51, 2.51))
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(obstacles=posts)
+    plan = fp.planners.Direct(turn=TURN).plan(fp.Problem(plane, plane.folded, np.radians([[90.0, 20.0]])))
+    assert plan.outcomes == (Outcome.INFEASIBLE,)
+    assert plan.blockers[0]
+    assert all(b < 0 for b in plan.blockers[0])
