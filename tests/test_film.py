@@ -48,6 +48,7 @@ def test_time_runs_as_is_said():
     assert frame_times(44.0, 30.0, speed_for(44.0)).size / 30.0 == pytest.approx(10.0, abs=0.2)
 
 
+@pytest.mark.small
 def test_gif_runs_in_its_own_hundredths(plan, tmp_path):
     """A GIF cannot show 30 frames a second: it takes 33.3, and less motion in each, so that the scale is kept."""
     heard = []
@@ -63,6 +64,7 @@ def test_gif_runs_in_its_own_hundredths(plan, tmp_path):
     assert film.info["loop"] == 0
 
 
+@pytest.mark.small
 def test_mp4(plan, tmp_path):
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     animate(plan, tmp_path / "plan.mp4", fps=10.0, speed=plan.makespan / 0.5, size=200)
@@ -86,6 +88,14 @@ def test_no_such_film(name, options, complaint, plan, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(FiberplanError, match=complaint):
         animate(plan, name, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.small
+def test_without_its_extra_an_mp4_is_refused_in_one_line(plan, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(FiberplanError, match="an .mp4 needs the extra 'movie'"):
+        animate(plan, tmp_path / "plan.mp4", size=200)
     assert list(tmp_path.iterdir()) == []
 
 
