@@ -94,7 +94,7 @@ def test_no_such_film(name, options, complaint, plan, tmp_path, monkeypatch):
 @pytest.mark.small
 def test_without_its_extra_an_mp4_is_refused_in_one_line(plan, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(FiberplanError, match="an .mp4 needs the extra 'movie'"):
+    with pytest.raises(FiberplanError, match=r"an \.mp4 needs the extra 'movie'"):
         animate(plan, tmp_path / "plan.mp4", size=200)
     assert list(tmp_path.iterdir()) == []
 

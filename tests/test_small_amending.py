@@ -47,7 +47,7 @@ def test_bad_requests_are_one_line(positioner, goal, words):
 
 
 def test_bad_times_and_offline_arms_are_one_line():
-    with pytest.raises(ProblemError, match="longer must be a part of the makespan, 0 to 10, got -0.1"):
+    with pytest.raises(ProblemError, match=r"longer must be a part of the makespan, 0 to 10, got -0\.1"):
         amend(straight(), 1, ELSEWHERE, longer=-0.1)
     goal = GOAL.copy()
     goal[1] = np.nan
@@ -106,7 +106,7 @@ def test_of_two_configurations_the_first_that_works_is_taken(monkeypatch):
     touching, clear = np.radians([180.0, 0.0]), np.radians([40.0, 120.0])
     made = targets._first_that_works(before, 1, np.stack([touching, goal[1]]), 0.0)
     assert made.outcomes[1] is Outcome.ARRIVED
-    with pytest.raises(ProblemError, match="P0 and P1"):
+    with pytest.raises(ProblemError, match="positioner 'P0' and positioner 'P1' overlap"):
         targets._first_that_works(before, 1, touching[None], 0.0)
     monkeypatch.setattr(one_goal, "reroute", lambda *_: Rerouted(None, (), (0,)))
     lost = targets._first_that_works(before, 1, np.stack([clear, clear + 0.1]), 0.0)
@@ -120,7 +120,7 @@ def test_targets_are_solved_for_those_they_name():
     at = before.problem.plane.fibers(np.stack([START[0], ELSEWHERE]))[1]
     after = amend_to(before, Targets(at[:1], at[1:], positioner=("P1",)))
     np.testing.assert_allclose(after.problem.plane.fibers(after.problem.goal)[1], at, atol=1e-6)
-    with pytest.raises(TargetError, match="targets: its target in row 1 is 877.600 mm from its base"):
+    with pytest.raises(TargetError, match=r"targets: its target in row 1 is 877\.600 mm from its base"):
         amend_to(before, Targets([900.0], [0.0], positioner=("P1",)))
 
 

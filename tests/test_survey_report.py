@@ -59,7 +59,7 @@ def test_fields_on_the_sky_have_a_map_of_their_own():
 
 def test_a_page_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr("fiberplan.visuals.survey_report._maps", lambda report: b"")
-    with pytest.raises(fp.errors.FiberplanError, match="s.html"):
+    with pytest.raises(fp.errors.FiberplanError, match=r"s\.html"):
         survey_report(report(), tmp_path / "nowhere" / "s.html")
 
 
