@@ -92,9 +92,7 @@ def relieved(monkeypatch, expendable, most, at=ACROSS):
     """Two stiff arms that have stood still for a second; joint paths are found for so many at once."""
 
     def found(plane, near, members, *given):
-        return (
-            joint_path(plane, near, members, *given, most=10) if len(members) <= most else (None, np.zeros(2, np.int64))
-        )
+        return joint_path(plane, near, members, *given) if len(members) <= most else (None, np.zeros(2, np.int64))
 
     monkeypatch.setattr(joint_relief, "joint_path", found)
     ranges = {"lower": np.radians([[-90.0, 0.0], [40.0, 0.0]]), "upper": np.radians([[140.0, 1.0], [270.0, 1.0]])}
