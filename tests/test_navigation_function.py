@@ -188,6 +188,7 @@ def test_the_way_in_is_closed_by_two_that_cannot_move(whole, mode):
     np.testing.assert_array_equal(plan.trajectory.end[1:], start[1:])
 
 
+@pytest.mark.small
 def test_dropped_goals_are_named(whole):
     plane = standing(whole, [[0.0, 0.0], [10.0, 0.0]])
     goal = angles_at(plane, [[5.0, 0.0], [5.5, 0.0]])
@@ -239,6 +240,7 @@ def test_settings_are_checked(settings, said):
     assert said in str(error.value)
 
 
+@pytest.mark.small
 def test_a_step_beyond_the_patrol_zone_is_refused(whole):
     problem = exchange(whole, 4.5)
     with pytest.raises(

@@ -301,6 +301,7 @@ def test_settings_that_make_no_sense_are_refused(settings, words):
         PrioritizedRoadmap(**settings)
 
 
+@pytest.mark.small
 def test_steps_longer_than_any_edge_are_refused(miradas):
     problem = Problem(miradas, miradas.folded, miradas.folded)
     with pytest.raises(

@@ -9,9 +9,12 @@ import pytest
 import fiberplan as fp
 from fiberplan import Obstacle, Outcome
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.planners.direct import improving
+from fiberplan.planners.direct import improving, narrow
 from fiberplan.planners.direct import planner as direct_planner
+from fiberplan.planners.direct import search as direct_search
 from fiberplan.planners.direct.improving import react, shorten
+from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
+from fiberplan.planners.direct.repair import SPENT, note_all
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.scenes.decisive import row
 from problems import narrow_exchange
@@ -150,3 +153,85 @@ def test_a_goal_in_a_pocket_is_given_up_with_the_posts_names():
     assert plan.outcomes == (Outcome.INFEASIBLE,)
     assert plan.blockers[0]
     assert all(b < 0 for b in plan.blockers[0])
+
+
+def pushed(problem, monkeypatch, attempts, **settings):
+    """A search in whose first attempts 10 replans come to nothing; whom it would untangle is noted."""
+    for name, value in settings.items():
+        monkeypatch.setattr(direct_search, name, value)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, problem.margin), problem.goal, TURN, None, 0)
+    search.begin()
+    real, left, untangled = search.attempt, list(range(attempts)), []
+
+    def attempt():
+        if not left:
+            return real()
+        left.pop()
+        search.search.work[0]["replans"] += 10
+        return SPENT
+
+    monkeypatch.setattr(search, "attempt", attempt)
+    monkeypatch.setattr(search, "_untangle", lambda pairs, size, most: untangled.append(size) or 0)
+    return search, untangled
+
+
+def test_without_headway_paths_get_longer_and_clusters_are_untangled(monkeypatch):
+    search, untangled = pushed(narrow_exchange(), monkeypatch, 4, PATIENCE=5, _LITTLE_PATIENCE=5)
+    least = search.steps
+    assert search.run(10_000, lambda: True)
+    assert search.steps >= least + 4
+    assert untangled == [3, 4]  # the first two times there are only more steps
+    assert search.touching == 0
+    assert search.given_up == {}
+
+
+def test_when_the_budget_is_spent_it_is_settled_who_stays(monkeypatch):
+    """After a last joint try; what was in contact then is not any more."""
+    search, untangled = pushed(narrow_exchange(), monkeypatch, 1)
+    assert search.run(5, lambda: True)
+    assert untangled == [8]
+    assert len(search.given_up) == 1
+    assert search.touching == 0
+
+
+def beside_a_post():
+    """One arm, and a search that has tried to get past a post for long."""
+    post = Obstacle("post", [[0.0, 16.0]], 1.0)
+    plane = fp.FocalPlane.hexagonal(0, 22.4).replace(obstacles=(post,))
+    problem = fp.Problem(plane, np.radians([[30.0, 120.0]]), np.radians([[150.0, 120.0]]))
+    search = DirectSearch(problem, Neighbourhood.of(plane, 0.0), problem.goal, TURN, None, 0)
+    search.begin()
+    return search, np.linspace(problem.start[0], problem.goal[0], 3 * search.steps + 1)
+
+
+@pytest.mark.parametrize(("barred", "steps"), [(True, -1), (False, None)])
+def test_without_a_path_on_any_lattice_it_goes_its_way_unless_it_is_barred(barred, steps, monkeypatch):
+    search, way = beside_a_post()
+    monkeypatch.setattr(search, "needed_past_fixed", lambda who: np.full(len(who), -1))
+    monkeypatch.setattr(narrow, "_is_barred", lambda *_: barred)
+    monkeypatch.setattr(narrow, "_way", lambda *_: way)
+    needs = narrow.steps_past_fixed(search, np.array([0]))
+    assert needs.tolist() == [len(way) - 1 if steps is None else steps]
+    assert (search.fineness[0] == ON_ITS_WAY) == (not barred)
+
+
+@pytest.mark.parametrize("found", ["nothing", "a way", "a proof"])
+def test_who_touches_a_post_for_long_gets_finer_lattices_then_a_way_or_gives_up(found, monkeypatch):
+    search, way = beside_a_post()
+    monkeypatch.setattr(narrow, "_is_barred", lambda *_: found == "a proof")
+    monkeypatch.setattr(narrow, "_way", lambda *_: way if found == "a way" else None)
+    search.search.contacts[:] = 1
+    note_all(search.search)
+    for fineness in range(1, FINEST + 1):
+        search.search.tries[:] = 100
+        search.search.contacts[:] = 1
+        note_all(search.search)
+        assert narrow.eased(search)
+        assert search.fineness[0] == fineness
+    search.search.tries[:] = 100
+    search.search.contacts[:] = 1
+    note_all(search.search)
+    assert narrow.eased(search) == (found != "nothing")
+    assert (search.fineness[0] == ON_ITS_WAY) == (found == "a way")
+    assert (0 in search.given_up) == (found == "a proof")
+    assert (0 in search.off_ways) == (found == "nothing")
