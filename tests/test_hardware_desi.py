@@ -324,6 +324,7 @@ def test_who_would_meet_goes_another_way(tmp_path, seven, beside):
     )
 
 
+@pytest.mark.large
 def test_who_waits_for_a_tail_waits_no_longer_than_that(tmp_path, seven):
     """Both need all of the time, and cannot end together; whoever ends last would meet it 60 ms sooner."""
     plan = by_hand(fast(seven), {"R0C2": [(0, 145, 180), (1, -15, 46)], "R0C3": [(0, 4, 180), (1, 164, 109)]})
