@@ -10,6 +10,7 @@ one of each gives up its goal, where that is allowed, and all is planned without
 """
 
 import dataclasses
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -33,6 +34,7 @@ _ALL = 0.01  # [mm] for every arm in the second round, twice as much in each aft
 _SLOWER = 0.01  # of a joint's speed, in each round ...
 _PATIENT = 3  # ... after so many
 _SAME = 4  # times that the same pairs come too near, before mending gives up; and planning, one time more
+_TRIES = 10  # times that each of the pairs that are left has come too near, before planning gives up
 _GIVEN_UP = 3  # times that goals are given up
 _MOST = 2.0  # [mm] no arm gets more room
 
@@ -112,7 +114,7 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
     given = np.zeros(problem.n)
     plan = planner.plan(problem)
     made, asked, led, kept = make(plan), 1, 0, plan.kept
-    best, left, same = made, _MENDS, 0
+    best, left, same, tries = made, _MENDS, 0, Counter(made.lacking.keys())
     while made.lacking or plan.kept < kept:
         missing = _missing(made.lacking, problem.n)
         parted = 0
@@ -122,7 +124,7 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
         if parted:
             plan, led = mend, led + parted
-        elif asked == rounds or same > _SAME:
+        elif asked == rounds or same > _SAME or min((tries[pair] for pair in made.lacking), default=0) > _TRIES:
             break
         else:
             more = np.maximum(given + missing, _ALL * 2.0**asked)
@@ -131,6 +133,7 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             asked, left = asked + 1, _MENDS
         before, made = made, make(plan)
         same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
+        tries.update(made.lacking.keys())
         best = min(best, made, key=lambda each: (bool(each.lacking), -each.plan.kept, len(each.lacking)))
     return _Tried(best, asked, led)
 
