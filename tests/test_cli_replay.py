@@ -8,14 +8,16 @@ import pytest
 from fiberplan.cli.app import run
 from fiberplan.plan import Plan
 from fuzz.made_false import base, sealed
-from fuzz.mutations import BASES
+from replayed import FILES
+
+pytestmark = pytest.mark.small
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """plan.fits holds; false.fits lacks a row; none.fits has no axes."""
     folder = tmp_path_factory.mktemp("replay")
-    columns, claims = base(BASES["seven"])
+    columns, claims = base(FILES["three"])
     tables = dict(claims.tables)
     (folder / "plan.fits").write_bytes(sealed(columns, tables))
     (folder / "false.fits").write_bytes(
@@ -35,7 +37,7 @@ def test_every_claim_holds(capsys):
     assert run(["replay", "plan.fits"]) == 0
     out = capsys.readouterr().out
     assert "every claim holds" in out
-    assert "hexagonal: 7 positioners" in out
+    assert "hexagonal: 3 positioners" in out
     assert "meets arm" in out
 
 

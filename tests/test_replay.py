@@ -17,13 +17,15 @@ from fiberplan.certificates.whole_replay import replay
 from fuzz.made_false import base as base_of
 from fuzz.made_false import sealed
 from fuzz.mutations import BASES
+from replayed import FILES
 
+pytestmark = pytest.mark.small
 FORMAT1 = Path(__file__).parent / "format1.fits.gz"
 
 
 def base(name):
     """(tables with their formats and units, claims) of a plan whose every claim holds."""
-    return base_of(BASES[name])
+    return base_of(FILES[name])
 
 
 def changed(name, **tables):
@@ -50,7 +52,7 @@ def setting(name, rows, value):
     return change
 
 
-@pytest.mark.parametrize("name", ["seven", "heights", "concave", "opening", "four-bar"])
+@pytest.mark.parametrize("name", ["three", "heights", "concave", "opening", "four-bar"])
 def test_what_is_so_is_accepted(name):
     claims = base(name)[1]
     assert replay(claims, jobs=1).faults == ()
@@ -59,7 +61,7 @@ def test_what_is_so_is_accepted(name):
     assert bool(claims.bar.size) == (name == "four-bar")
 
 
-@pytest.mark.parametrize("name", ["seven", "heights", "concave", "four-bar"])
+@pytest.mark.parametrize("name", ["three", "heights", "concave", "four-bar"])
 def test_geometry_has_the_digest_that_verify_shows(name):
     """Made of the tables alone; of bodies that were made not to meet it is another, and that is a fault."""
     claims = base(name)[1]
@@ -79,38 +81,38 @@ def test_the_checker_stands_alone_and_is_short():
 
 @pytest.mark.parametrize("lost", ["all", "last", "first"])
 def test_intervals_have_to_cover_the_motion(lost):
-    claims = base("seven")[1]
+    claims = base("three")[1]
     pair = max(claims.rows, key=lambda pair: len(claims.rows[pair]))
     rows = claims.tables["CERTIFICATE_AXES"]
     own = np.flatnonzero((rows["first"] == pair[0]) & (rows["second"] == pair[1]))
     gone = {"all": own, "last": own[rows["end"][own] == rows["end"][own].max()], "first": own[:1]}[lost]
-    assert set(judged(changed("seven", CERTIFICATE_AXES=lambda rows: np.delete(rows, gone)))) == {pair}
+    assert set(judged(changed("three", CERTIFICATE_AXES=lambda rows: np.delete(rows, gone)))) == {pair}
 
 
 @pytest.mark.parametrize("column", ["begin", "end", "axis"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_what_is_no_number_shows_nothing(column, value):
-    rows = base("seven")[1].tables["CERTIFICATE_AXES"]
+    rows = base("three")[1].tables["CERTIFICATE_AXES"]
     pair = (int(rows["first"][0]), int(rows["second"][0]))
-    found = judged(changed("seven", CERTIFICATE_AXES=setting(column, slice(0, 1), value)))
+    found = judged(changed("three", CERTIFICATE_AXES=setting(column, slice(0, 1), value)))
     harmless = (column, value) in {("begin", -np.inf), ("end", np.inf)}  # only more than the motion is covered
     assert set(found) == (set() if harmless else {pair})
 
 
 def test_an_axis_that_does_not_part_shows_nothing():
-    claims = base("seven")[1]
-    turned = changed("seven", CERTIFICATE_AXES=lambda rows: rows["axis"].__iadd__(np.pi / 2) is None or None)
+    claims = base("three")[1]
+    turned = changed("three", CERTIFICATE_AXES=lambda rows: rows["axis"].__iadd__(np.pi / 2) is None or None)
     assert len(judged(turned)) > 0.5 * len(claims.rows)
 
 
 def test_order_and_surplus_rows_change_nothing():
     rng = np.random.default_rng(0)
-    assert not judged(changed("seven", CERTIFICATE_AXES=lambda rows: rng.permutation(np.append(rows, rows[::2]))))
+    assert not judged(changed("three", CERTIFICATE_AXES=lambda rows: rng.permutation(np.append(rows, rows[::2]))))
 
 
 def test_a_motion_into_a_neighbour_is_seen_between_knots():
     """A knot put in between sends one arm through its neighbours and back, within its speed."""
-    claims = base("seven")[1]
+    claims = base("three")[1]
     i = next(i for i in range(claims.n) if claims.online[i])
 
     def away(knots):
@@ -119,7 +121,7 @@ def test_a_motion_into_a_neighbour_is_seen_between_knots():
         own["alpha"][1], own["beta"] = 2 * np.pi, 0.0
         return np.concatenate([own, knots[knots["positioner"] != i]])
 
-    assert any(i in pair for pair in judged(changed("seven", KNOTS=away)))
+    assert any(i in pair for pair in judged(changed("three", KNOTS=away)))
 
 
 def test_a_body_inside_a_hollow_outline_touches_no_edge_and_is_seen():
@@ -157,7 +159,7 @@ def test_an_outline_that_is_not_convex_is_taken_for_no_fuller_than_it_is(outline
         made["x"], made["y"] = np.transpose(outline)
         return made
 
-    assert changed("seven", OBSTACLES=drawn).arms[-1][0].hollow is hollow
+    assert changed("three", OBSTACLES=drawn).arms[-1][0].hollow is hollow
 
 
 def test_reach_is_no_smaller_for_what_a_description_should_not_say():
@@ -169,7 +171,7 @@ def test_reach_is_no_smaller_for_what_a_description_should_not_say():
 
     np.testing.assert_allclose(changed("four-bar", POSITIONERS=turned).reach, far)
     with pytest.raises(BadFileError, match="contradict each other"):  # a text for a list: it would meet its letters
-        changed("seven", BODIES=setting("meets", slice(None), b'"arm"'))
+        changed("three", BODIES=setting("meets", slice(None), b'"arm"'))
 
 
 @pytest.mark.parametrize("column", ["clearance", "time"])
@@ -184,12 +186,12 @@ def test_what_is_said_of_a_near_start_has_to_be_so(column, by):
 
 def test_an_opening_cannot_be_claimed_of_others():
     """Who begins with the margin may not be said to begin nearer, which would let them lose it."""
-    row = np.flatnonzero(base("seven")[1].tables["CERTIFICATE"]["kind"] == b"pair")[0]
+    row = np.flatnonzero(base("three")[1].tables["CERTIFICATE"]["kind"] == b"pair")[0]
 
     def nearer(table):
         table["kind"][row], table["clearance"][row], table["time"][row] = b"opening", -5.0, np.inf
 
-    found = [*faults(changed("seven", CERTIFICATE=nearer))]
+    found = [*faults(changed("three", CERTIFICATE=nearer))]
     assert len(found) == 2
     assert "not shown to begin so near" in found[0]
     assert "below it until" in found[1]
@@ -204,7 +206,7 @@ def _last(i):
 
 
 def test_limits_goals_and_outcomes():
-    claims = base("seven")[1]
+    claims = base("three")[1]
     arrived = next(i for i, row in enumerate(claims.problem) if row["outcome"] == b"ARRIVED")
     offline = int(np.flatnonzero(~claims.online)[0])
 
@@ -230,8 +232,8 @@ def test_limits_goals_and_outcomes():
         (said(b"ARRIVED", offline), "rules out"),
         ({"POSITIONERS": setting("online", arrived, b"F")}, "is offline but moves"),
     ):
-        assert any(word in fault for fault in faults(changed("seven", **tables))), word
-    lost = changed("seven", **said(b"INFEASIBLE", arrived))
+        assert any(word in fault for fault in faults(changed("three", **tables))), word
+    lost = changed("three", **said(b"INFEASIBLE", arrived))
     assert not [*faults(lost)]
     assert "without a claimed proof" in next(not_replayed(lost))
 
@@ -244,19 +246,20 @@ def test_a_slider_that_leaves_its_range_is_seen():
 
 
 def test_only_what_changed_is_replayed():
-    claims = base("seven")[1]
+    claims = base("three")[1]
     count = len([*claims.pairs()])
     same = replay(claims, claims, jobs=1)
     assert (same.judged, same.taken, same.faults) == (0, count, ())
     i = next(i for i in range(claims.n) if claims.online[i])
-    moved = replay(changed("seven", KNOTS=_last(i)), claims, jobs=1)
+    moved = replay(changed("three", KNOTS=_last(i)), claims, jobs=1)
     assert moved.judged == sum(i in pair for pair in claims.pairs())
-    other = replay(changed("seven", BODIES=setting("radius", slice(None), 1.4)), claims, jobs=1)
+    other = replay(changed("three", BODIES=setting("radius", slice(None), 1.4)), claims, jobs=1)
     assert other.judged >= count - 1
 
 
+@pytest.mark.large
 def test_processes_say_what_one_does():
-    claims = base("thirty-seven")[1]
+    claims = base_of(BASES["thirty-seven"])[1]
     assert len([*claims.pairs()]) > 200
     told = []
     assert replay(claims, jobs=2, report=told.append) == replay(claims, jobs=1)
@@ -265,7 +268,7 @@ def test_processes_say_what_one_does():
 
 class TestFiles:
     def content(self):
-        columns, claims = base("seven")
+        columns, claims = base("three")
         return sealed(columns, claims.tables)
 
     def test_any_flipped_bit_is_refused(self):
@@ -279,7 +282,7 @@ class TestFiles:
                 again = Claims(bytes(changed))
             except BadFileError:
                 continue
-            before = base("seven")[1].tables
+            before = base("three")[1].tables
             assert all(again.tables[name].tobytes() == before[name].tobytes() for name in before)
 
     def test_keywords_cannot_change_values(self):
@@ -292,13 +295,13 @@ class TestFiles:
             again = Claims(made.getvalue())
         except BadFileError:
             return
-        assert again.tables["KNOTS"].tobytes() == base("seven")[1].tables["KNOTS"].tobytes()
+        assert again.tables["KNOTS"].tobytes() == base("three")[1].tables["KNOTS"].tobytes()
 
     def test_older_formats_are_read_and_newer_are_not(self):
         old = Claims(gzip.decompress(FORMAT1.read_bytes()))
         assert old.rows == {}
         assert judged(old)  # nothing is stated, so nothing is shown
-        columns, claims = base("seven")
+        columns, claims = base("three")
         second = sealed({name: of for name, of in columns.items() if name != "CERTIFICATE_AXES"}, claims.tables, 2)
         assert Claims(second).rows == {}
         newer = self.content().replace(b"FPFORMAT=                    3", b"FPFORMAT=                    4")

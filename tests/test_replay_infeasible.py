@@ -10,6 +10,8 @@ from fiberplan.certificates.whole_replay import replay
 from fiberplan.io.plan_file import plan_bytes
 from test_unreachable import walled
 
+pytestmark = pytest.mark.small
+
 
 @pytest.fixture(scope="module")
 def pocket():

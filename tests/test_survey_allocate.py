@@ -16,6 +16,8 @@ from fiberplan.survey import Catalogue, Why, allocate, conflicts
 from problems import behind_posts, hexagon
 from test_survey_conflicts import scattered
 
+pytestmark = pytest.mark.small
+
 
 @dataclass(frozen=True)
 class Together:
@@ -63,6 +65,7 @@ def crowded():
     return allocate(plane, catalogue, 1.0, required={"sky": 5}, regions=2, stay=["R0C1"])
 
 
+@pytest.mark.large
 def test_everyone_arrives_where_it_was_sent(crowded):
     plan, plane = crowded.plan, crowded.problem.plane
     assert plan.certificate.ok
@@ -78,6 +81,7 @@ def test_everyone_arrives_where_it_was_sent(crowded):
     assert crowded.value == listed.priority[science].sum() <= crowded.bound
 
 
+@pytest.mark.large
 def test_required_positions_are_spread_and_no_more_are_taken(crowded):
     assert [(q.category, q.region, q.required, q.allocated) for q in crowded.quotas] == [
         ("sky", 0, 3, 3),
@@ -86,6 +90,7 @@ def test_required_positions_are_spread_and_no_more_are_taken(crowded):
     assert sum(crowded.catalogue.category[row] == "sky" for row in crowded.rows) == 5
 
 
+@pytest.mark.large
 def test_every_target_that_nobody_takes_has_a_reason_that_holds(crowded):
     missing = set(range(len(crowded.catalogue))) - set(crowded.rows.tolist())
     assert set(crowded.reasons) == missing
@@ -97,6 +102,7 @@ def test_every_target_that_nobody_takes_has_a_reason_that_holds(crowded):
     assert {Why.TAKEN, Why.CONFLICT, Why.QUOTA} <= set(crowded.counts())
 
 
+@pytest.mark.large
 def test_targets_are_a_problem_and_a_file(crowded, tmp_path):
     plane, path = crowded.problem.plane, tmp_path / "targets.ecsv"
     crowded.write(path)
@@ -108,6 +114,7 @@ def test_targets_are_a_problem_and_a_file(crowded, tmp_path):
     assert table["target"][0] == crowded.catalogue.ids[crowded.rows[0]]
 
 
+@pytest.mark.large
 def test_the_same_seed_allocates_the_same(crowded):
     settings = {"margin": 1.0, "required": {"sky": 5}, "regions": 2, "stay": [crowded.problem.plane.index["R0C1"]]}
     again = allocate(crowded.problem.plane, crowded.catalogue, **settings, motion=False)
@@ -115,6 +122,7 @@ def test_the_same_seed_allocates_the_same(crowded):
     assert again.plan is None
 
 
+@pytest.mark.large
 def test_a_target_that_no_motion_reaches_is_given_up_alone():
     problem = behind_posts()
     plane = problem.plane
@@ -203,6 +211,7 @@ def test_priority_one_is_first_where_that_is_said(tmp_path, capsys):
         Catalogue.read(path, "lower")
 
 
+@pytest.mark.large
 def test_command_writes_targets_that_plan_takes(catalogue, tmp_path, capsys):
     out, moved = tmp_path / "targets.ecsv", tmp_path / "plan.fits"
     assert (

@@ -7,6 +7,7 @@ import pytest
 from fiberplan.cli.app import run
 from problems import ARM, SEVEN_PLACES
 
+pytestmark = pytest.mark.small
 TELESCOPE = 'format = 1\nname = "toy"\nscale = [34.9]\nradius = 1.15\n'
 
 
@@ -20,6 +21,7 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.large
 def test_survey_of_a_made_up_sky(files, capsys):
     words = ["survey", "seven.toml", "--demo", "2", "--telescope", "toy.toml", "--at-once", "1", "-o", "out"]
     assert run([*words, "--require", "sky=1"]) == 0

@@ -19,6 +19,8 @@ from fiberplan.survey.standing import standing
 from problems import hexagon
 from test_survey_conflicts import scattered
 
+pytestmark = pytest.mark.small
+
 
 def choices_of(catalogue, margin=1.0, required=None, regions=1, plane=None):
     plane = plane or hexagon(1)
@@ -110,6 +112,7 @@ def test_each_clique_is_one_and_all_exclusions_are_in_some():
     assert covered == {(a, b) for b in range(m) for a in range(b) if excludes(choices, a, b)}
 
 
+@pytest.mark.large
 def test_short_motion_breaks_ties_and_only_ties():
     plane = hexagon(2)
     choices = choices_of(scattered(plane, 150), plane=plane)
