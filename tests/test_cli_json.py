@@ -75,7 +75,7 @@ def test_verify(folder, capsys):
     said = told(capsys, "verify", "plan.fits")
     assert set(said) == {"ok", "certificate", "faults", "notes", "unknown"}
     assert set(said["certificate"]) == CERTIFICATE
-    said = told(capsys, "verify", "plan.fits", "--margin", "30", code=1)
+    said = told(capsys, "verify", "plan.fits", "--margin", "5", code=1)
     assert said["ok"] is False
     contact = said["certificate"]["contacts"][0]
     assert set(contact) == {"pair", "time", "clearance"}

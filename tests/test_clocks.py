@@ -29,7 +29,7 @@ ALONG = ([(0, -0.3, 0), (0.6, 0.3, 0)], [(0, -0.3, 0), (0.6, 0.3, 0)])
 
 
 @pytest.mark.small
-@pytest.mark.parametrize(("knots", "lost"), [(APART, 0.0), (ALONG, 0.09)])
+@pytest.mark.parametrize(("knots", "lost"), [(APART, 0.0), pytest.param(ALONG, 0.09, marks=pytest.mark.large)])
 def test_what_comes_apart_or_goes_along_loses_little(knots, lost):
     """At 10 mm/s a clock that is off by 0.05 s takes 0.5 mm of each, if it goes straight for the other."""
     plane, motion = side_by_side(0.6, *knots)
@@ -39,7 +39,6 @@ def test_what_comes_apart_or_goes_along_loses_little(knots, lost):
     assert not verify(plane, motion, 0.6 - lost + 0.01, jitter=0.05).ok
 
 
-@pytest.mark.small
 def test_one_behind_the_other_loses_all_of_it():
     """Both at 10 mm/s along x, where the tips are: 20 sin(tau) is lost between them."""
     behind = ([(0, 1.27, 0), (0.6, 1.87, 0)],) * 2

@@ -116,6 +116,7 @@ def test_arms_that_touch_are_parted_by_a_command_of_its_own(folder, capsys):
     assert "at rest, neither can move: R0C2 and R0C3" in resting
 
 
+@pytest.mark.small
 def test_a_guess_refuses_no_start(folder, capsys):
     rows = dict.fromkeys(PARKED, (0, 180)) | {"R0C2": (0, 0)}  # stretched over where R0C3 would be folded
     del rows["R0C3"]

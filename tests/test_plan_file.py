@@ -14,7 +14,6 @@ from fiberplan.io.focal_plane_tables import plane_hdus
 from fiberplan.io.plan_file import plan_bytes, read_certificate
 from fiberplan.motion import Trajectory
 from fiberplan.plan import Outcome, Plan
-from fiberplan.planners import Direct
 from fiberplan.problem import Problem, State
 
 pytestmark = pytest.mark.small
@@ -219,7 +218,10 @@ def test_how_the_start_is_known_round_trips(tmp_path, small_plane):
     unknown = np.arange(7) == 5
     state = State(angles, ~unknown, 0.01 * np.arange(7), unknown, "seen.csv", ("one was not seen",))
     problem = Problem(small_plane, state, np.full((7, 2), np.nan), 0.8, near_start="open")
-    plan = Direct().plan(problem)
+    apart = angles + np.isin(np.arange(7), (3, 4))[:, None]
+    motion, outcomes = Trajectory.from_samples([0.0, 4.0], [angles, apart]), [Outcome.NO_TARGET] * 7
+    outcomes[5] = Outcome.OFFLINE
+    plan = Plan(problem, motion, tuple(outcomes), "direct")
     assert plan.certificate.opening
     plan.write(tmp_path / "plan.fits")
     again = Plan.read(tmp_path / "plan.fits")

@@ -32,7 +32,6 @@ def sampled_stall(plane, motion, i, j, count=60):
     return np.where(clear <= 0, s, np.inf).min()
 
 
-@pytest.mark.small
 def test_who_follows_touches_who_stops():
     """Both tips at 10 mm/s along x, the second 3 mm behind: 1 mm is free, which takes a tenth of a second."""
     plane, motion = tips(1.0, [(0, 1.27, 0), (0.6, 1.87, 0)], [(0, 1.27, 0), (0.6, 1.87, 0)])
@@ -54,7 +53,6 @@ def test_nobody_is_touched_where_paths_are_apart_and_who_rests_is_no_stall():
     assert reaction(plane, motion).seconds == np.inf
 
 
-@pytest.mark.small
 def test_bounds_hold_for_motions_of_all_kinds():
     rng, touched = np.random.default_rng(3), 0
     for _ in range(50):

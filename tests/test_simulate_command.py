@@ -39,6 +39,7 @@ def told(capsys, code, *arguments):
     return err if code == 2 else out
 
 
+@pytest.mark.small
 def test_what_touches_is_told_with_its_time(folder, capsys):
     said = told(capsys, 0, "pass.json", "--state", "before.ecsv")
     assert said.startswith("pass.json (sdss), 35.000 s, nothing goes wrong\nnothing touches\n")
@@ -150,6 +151,7 @@ def test_touching_finds_what_verify_finds():
         touching.contacts(fp.Trajectory.at_rest(plane.folded[:6]))
 
 
+@pytest.mark.small
 def test_a_state_of_another_plane_is_not_written(tmp_path):
     plane = fp.FocalPlane.hexagonal(1, 22.4)
     with pytest.raises(ProblemError, match="the state has 6 positioners, the focal plane 7"):

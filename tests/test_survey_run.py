@@ -274,7 +274,8 @@ def test_a_ledger_of_other_inputs_is_refused(done, tmp_path):
     assert content(tmp_path) == content(done[1])
 
 
-def test_two_runs_do_not_share_a_folder(done, tmp_path):
+@pytest.mark.small
+def test_two_runs_do_not_share_a_folder(tmp_path):
     class Nosy(Here):
         def submit(self, fn, /, *args):
             surveyed(tmp_path)
@@ -283,6 +284,7 @@ def test_two_runs_do_not_share_a_folder(done, tmp_path):
         surveyed(tmp_path, Nosy())
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
@@ -300,6 +302,7 @@ def test_settings_that_make_no_sense_leave_no_ledger(tmp_path, change, complaint
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.small
 def test_targets_without_a_field_of_theirs_are_refused(tmp_path):
     catalogue, fields = inputs()
     with pytest.raises(TargetError, match="row 1: needs ra and dec"):
@@ -308,6 +311,7 @@ def test_targets_without_a_field_of_theirs_are_refused(tmp_path):
         run(PLANE, catalogue, fields, tmp_path, telescope=TOY, regions=99)
 
 
+@pytest.mark.small
 def test_a_field_waits_for_its_chain_and_for_fields_that_share_targets():
     order = Precedence(["a", "b", "a", "c"], 5)
     for shared in ([0, 1], [2], [3], [1, 2]):
@@ -322,6 +326,7 @@ def test_a_field_waits_for_its_chain_and_for_fields_that_share_targets():
     assert [order.follows(k) for k in range(4)] == [True, False, False, False]
 
 
+@pytest.mark.small
 def test_a_fingerprint_is_of_every_bit_and_of_no_file_name():
     one, other = inputs()[0], inputs()[0]
     targets = fp.survey.SurveyTargets.of(one)
