@@ -14,7 +14,6 @@ from fiberplan.tolerances import RAMP
 from references import make_plane, motion_of
 
 pytestmark = pytest.mark.small
-
 SPEED, ACCELERATION, SLOWEST = 2.0, 4.0, 0.5  # [rad/s, rad/s^2, rad/s]
 
 

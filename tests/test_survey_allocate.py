@@ -211,14 +211,12 @@ def test_priority_one_is_first_where_that_is_said(tmp_path, capsys):
         Catalogue.read(path, "lower")
 
 
-@pytest.mark.large
 def test_command_writes_targets_that_plan_takes(catalogue, tmp_path, capsys):
-    out, moved = tmp_path / "targets.ecsv", tmp_path / "plan.fits"
-    assert (
-        run(["allocate", "sayres2021", str(catalogue), "--require", "sky=1", "-o", str(out), "--plan", str(moved)]) == 0
-    )
+    out, moved, two = (str(tmp_path / name) for name in ("targets.ecsv", "plan.fits", "two.fits"))
+    row(2).write(two)
+    assert run(["allocate", two, str(catalogue), "--require", "sky=1", "-o", out, "--plan", moved]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("2 of 4 targets allocated to 547 positioners, value 3 of at most 3\n")
+    assert said.startswith("2 of 4 targets allocated to 2 positioners, value 3 of at most 3\n")
     assert "not allocated: 1: no positioner that can move brings its fiber there" in said
     assert "note: the margin is 0 mm" in said
     assert len(fp.Targets.read(out)) == 2
@@ -231,6 +229,10 @@ def test_command_answers_programs_and_tells_what_is_short(catalogue, capsys):
     assert set(said["allocated"].values()) == {"a", "skyline"}
     assert said["required"] == [{"category": "sky", "region": 0, "required": 2, "allocated": 1}]
     assert said["not_allocated"]["far"]["why"] == "OUT_OF_REACH"
+    assert run(["allocate", "sayres2021", str(catalogue), "--no-motion", "--require", "sky=2"]) == 1
+    told = capsys.readouterr().out
+    assert "1 of 2 required positions of category sky in region 0" in told
+    assert told.endswith("nothing written: -o FILE keeps the targets\n")
 
 
 def test_command_that_finds_nothing_writes_nothing(tmp_path, capsys):

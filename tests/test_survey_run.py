@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import time
+import zlib
 from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 
 import numpy as np
@@ -192,6 +193,53 @@ def test_a_field_that_fails_is_told_by_name_and_the_next_begins_where_the_last_e
     assert "F0001" in (tmp_path / "report.html").read_text()
     again = surveyed(tmp_path)
     assert again.failed == survey.failed
+
+
+def one_robot(folder, executor=None):
+    """Three fields, one after the other, of one robot and a target in each."""
+    places = {"id": ["a", "b", "c"], "field": ["1", "2", "3"], "x": [9.0, 0.0, -9.0], "y": [8.0, 14.0, 8.0]}
+    fields = Table({"id": ["1", "2", "3"]})
+    settings = {"margin": 0.5, "at_once": 1, "solver": "heuristic"}
+    return run(hexagon(0), Table(places), fields, folder, Here() if executor is None else executor, **settings)
+
+
+@pytest.mark.small
+def test_one_robot_goes_on_from_the_last_field_that_did_not_fail(tmp_path):
+    """The worker of the first field dies once, that of the second always; and all is as if it had been one run."""
+    with pytest.raises(KeyboardInterrupt):
+        one_robot(tmp_path, Dying({2}, KeyboardInterrupt))
+    survey = one_robot(tmp_path, Dying({1, 2, 3}, MemoryError))
+    assert [record.why for record in survey.records] == ["", "its worker died 3 times (MemoryError)", ""]
+    plans = [fp.Plan.read(tmp_path / "plans" / f"{k:06d}.fits") for k in (0, 2)]
+    assert (plans[1].problem.start == plans[0].trajectory.end).all()
+    assert plans[1].problem.state.source == "end of field 1"
+    once = tmp_path / "once"
+    one_robot(once, Dying({1, 3, 4, 5}, MemoryError))
+    name = "plans/000002.fits"
+    assert (once / name).read_bytes() == (tmp_path / name).read_bytes()
+
+
+@pytest.mark.small
+def test_an_executor_that_broke_is_told_and_a_record_that_is_none_is_refused(tmp_path):
+    class Broken(Here):
+        def submit(self, fn, /, *args):
+            raise BrokenExecutor
+
+    with pytest.raises(FiberplanError, match="the executor broke; what is done is kept"):
+        one_robot(tmp_path, Broken())
+    ledger = tmp_path / "ledger.jsonl"
+    first = ledger.read_bytes()
+    for said, complaint in ((b'{"field": 0}', "line 2: is no record of a field"), (b"7", "line 2: is no record")):
+        ledger.write_bytes(first + f"{zlib.crc32(said):08x} ".encode() + said + b"\n")
+        with pytest.raises(FiberplanError, match=complaint):
+            one_robot(tmp_path)
+    other = b'{"ledger": 99}'
+    ledger.write_bytes(f"{zlib.crc32(other):08x} ".encode() + other + b"\n")
+    with pytest.raises(FiberplanError, match="line 1: is not a ledger of format"):
+        one_robot(tmp_path)
+    (tmp_path / "folder" / "ledger.jsonl").mkdir(parents=True)
+    with pytest.raises(FiberplanError, match="cannot be opened"):
+        one_robot(tmp_path / "folder")
 
 
 def test_an_error_of_a_field_is_not_tried_again(tmp_path):
