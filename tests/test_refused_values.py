@@ -10,6 +10,7 @@ from fiberplan.io.states import read_state
 from fiberplan.scenes.decisive import row
 from fiberplan.survey import Catalogue
 from fiberplan.survey.batch.fields import Fields
+from fiberplan.tables.ecsv import read_ecsv
 
 pytestmark = pytest.mark.small
 TWO = np.zeros(2)
@@ -137,3 +138,18 @@ def test_states():
     refused(ProblemError, "a state is read from a plan, a motion or a file, got int", lambda: read_state(7, plane))
     state = fp.State(plane.folded)
     assert read_state(state, plane) is state
+
+
+@pytest.mark.parametrize(
+    ("rows", "complaint"),
+    [
+        ("a b", "the table has no rows"),
+        ('a b\n"1 2\n3" 4', "a quoted cell runs over more than one line"),
+        ('a b\n"1"2 3', "is not an ECSV table"),
+        ("a b\n1 2\n3", "line 6: 1 values for 2 columns: is the file truncated?"),
+    ],
+)
+def test_ecsv_tables(tmp_path, rows, complaint):
+    path = tmp_path / "t.ecsv"
+    path.write_text(f"# %ECSV 1.0\n# ---\n# delimiter: ' '\n{rows}\n")
+    refused(TargetError, complaint, lambda: read_ecsv(path, TargetError))

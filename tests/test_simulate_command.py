@@ -87,6 +87,16 @@ def test_many_runs_say_which_failure_is_dangerous(folder, capsys):
     assert "nothing touches in 40 runs, seeds 0 to 39" in said
 
 
+@pytest.mark.small
+def test_two_runs_of_which_all_or_none_touch(folder, capsys):
+    options = ("pass.json", "--state", "before.ecsv", "--runs", 2, "--seed", 5)
+    said = told(capsys, 1, *options, "--absent", "R0C2")
+    assert "something touches in 2 of 2 runs; --seed 5 is the first of them" in said
+    assert "touch: R0C2 and R0C3 in 2 runs" in said
+    assert "nothing touches in 2 runs, seeds 5 to 6" in told(capsys, 0, *options)
+    assert "--stall R0C2@soon: expected ID@S" in told(capsys, 2, *options, "--stall", "R0C2@soon")
+
+
 def test_our_own_table_is_executed_too(folder, capsys):
     plane = fp.FocalPlane.load("seven.toml")
     problem = fp.Problem(plane, uniform_field(plane, 1, 0.8), uniform_field(plane, 2, 0.8), 0.8)

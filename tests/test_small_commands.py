@@ -17,6 +17,7 @@ from fiberplan.cli import app as commands
 from fiberplan.cli import completion
 from fiberplan.cli.app import run
 from fiberplan.kernels.kernel_cache import KernelCache
+from fiberplan.motion import Executed
 from fiberplan.planners.amending import rerouting
 from fiberplan.reproductions import makarem2014
 from fiberplan.reproductions.rows import mean, value
@@ -218,10 +219,101 @@ def test_what_a_shell_is_offered():
     assert completion.planner_names("gre") == ["greedy-fold"]
     assert completion.instrument_names("sds") == ["sdss"]
     assert completion.formats("mot") == ["motions"]
+    assert completion.controller_names("sd") == ["sdss"]
+    assert completion.figure_kinds("hist") == ["histogram"]
     named = SimpleNamespace(params={"planner": "greedy-fold"})
     assert completion.setting_keys(named, "m") == ["max_travel="]
     assert completion.setting_keys(SimpleNamespace(params={"planner": "nobody"}), "") == []
     assert "turn=" in completion.setting_keys(SimpleNamespace(params={}), "t")
+
+
+def test_limits_and_margins_of_an_instrument_are_shown(folder, capsys):
+    limits = {"max_acceleration": np.ones((2, 2)), "min_speed": np.full((2, 2), 0.1)}
+    row(2).replace(**limits, recommended_margin=0.6).write("limited.fits")
+    out = told(capsys, 0, "instruments", "limited.fits")
+    for words in ("57.2958 deg/s^2", "5.72958 deg/s", "0.6 mm is recommended"):
+        assert words in out, words
+
+
+def test_a_film_is_as_fast_as_asked_or_lasts_ten_seconds(folder, capsys, monkeypatch):
+    planned(capsys, 0, "-o", "p.fits")
+    shown = []
+
+    def film(plan, path, fps, speed, size, tell):
+        tell(1, 2)
+        shown.append((path, fps, speed, size))
+
+    monkeypatch.setattr("fiberplan.visuals.film.animate", film)
+    assert told(capsys, 0, "animate", "p.fits", "--speed", 4, "-o", "p.gif") == "wrote p.gif: 4 x real speed\n"
+    said = json.loads(told(capsys, 0, "animate", "p.fits", "--size", 300, "-o", "p.mp4", "--json"))
+    assert said["written"] == ["p.mp4"]
+    assert shown == [(Path("p.gif"), 30.0, 4.0, 1000), (Path("p.mp4"), 30.0, said["speed"], 300)]
+
+
+def test_what_an_export_does_not_know_is_refused(folder, capsys):
+    planned(capsys, 0, "-o", "p.fits")
+    for options, text in (
+        (["--to", "nothing", "-o", "p.json"], "no export 'nothing'; there are "),
+        (["--to", "motions", "--latency", 1, "-o", "p.ecsv"], "--latency: 'motions' has no such option"),
+        (["--to", "motions", "-o", "-"], "-: stdout carries the answer in words"),
+        (["--to", "motions", "-o", "."], ". is a folder, not a file"),
+        (["--to", "motions", "-o", "p.json"], "this command writes an ECSV table, which ends in .ecsv"),
+    ):
+        assert text in told(capsys, 2, "export", "p.fits", *options)
+
+
+def test_a_plan_that_is_not_proven_when_executed_is_not_exported(folder, capsys, monkeypatch):
+    planned(capsys, 0, "-o", "p.fits")
+
+    def write(plan, path):
+        raise fp.UnprovenError("two: executed, P0 and P1 touch")
+
+    monkeypatch.setitem(fp.io.EXPORTS._own, "motions", write)
+    assert run(["export", "p.fits", "--to", "motions", "-o", "p.ecsv"]) == 1
+    assert "executed, P0 and P1 touch; `fiberplan plan --for motions` plans so" in capsys.readouterr().err
+
+
+def test_what_was_handed_over_is_told(folder, capsys, monkeypatch):
+    """What a controller's writer gives back: facts, what is assumed, and the proof of what is executed."""
+    planned(capsys, 0, "-o", "p.fits")
+
+    def write(plan, path):
+        executed = Executed(plan.trajectory, np.zeros((2, 2)), 0.0, notes=("rounded",), assumptions=("no wind",))
+        return SimpleNamespace(
+            facts={"rows": {"P0": 2}, "bytes": 1234}, executed=executed, certificate=plan.certificate
+        )
+
+    monkeypatch.setitem(fp.io.EXPORTS._own, "motions", write)
+    out = told(capsys, 0, "export", "p.fits", "--to", "motions", "-o", "p.ecsv").splitlines()
+    assert out[:4] == ["rows: 2 P0", "bytes: 1,234", "rounded", "assumed: no wind"]
+    assert out[4].startswith("read back, executed: safe: ")
+    said = json.loads(told(capsys, 0, "export", "p.fits", "--to", "motions", "-o", "p.ecsv", "--json"))
+    assert said["facts"] == {"rows": {"P0": 2}, "bytes": 1234}
+    assert (said["executed"]["margin"], said["executed"]["notes"]) == (0.5, ["rounded"])
+
+
+def test_whom_a_table_says_to_switch_off(folder, capsys):
+    Path("able.csv").write_text("positioner,online\nP0,1\nP1,0\n")
+    assert "offline, as --offline says: P1\n" in planned(capsys, 1, "--offline", "able.csv")
+    Path("able.csv").write_text("positioner,online\nP0,1\nP9,0\n")
+    for named, text in (
+        ("able.csv", "able.csv: line 3: two has no positioner 'P9'"),
+        (" , ", "it names nobody"),
+        ("none.csv", "--offline none.csv: no such file"),
+    ):
+        assert text in planned(capsys, 2, "--offline", named)
+
+
+def test_an_interrupt_before_the_commands_are_there(monkeypatch, capsys):
+    class Interrupted:
+        def __getattr__(self, name):
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(commands.sys.modules, "fiberplan.cli.app", Interrupted())
+    with pytest.raises(SystemExit) as done:
+        cli.main()
+    assert done.value.code == 130
+    assert capsys.readouterr().err == "fiberplan: error: interrupted\n"
 
 
 def test_an_ended_command_says_so_and_is_not_ended_twice(monkeypatch, capsys):

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from fiberplan.errors import TrajectoryError
 from fiberplan.motion import Trajectory
+from fiberplan.motion.moves import moves
 from references import motion_of, sampled
 
 pytestmark = pytest.mark.small
@@ -145,3 +146,14 @@ def test_arrays_are_read_only_copies():
 def test_what_is_no_trajectory_is_refused(offsets, times, angles, complaint):
     with pytest.raises(TrajectoryError, match=complaint):
         Trajectory(np.array(offsets, int), np.array(times, float), angles)
+
+
+def test_even_motion_over_a_knot_is_one_move_and_a_rest_parts_two():
+    knots = [(0, 0.0, 0.0), (1, 1.0, 0.0), (2, 2.0, 0.0), (3, 2.0, 0.0), (4, 3.0, 0.0), (5, 3.0, 1.0)]
+    found = moves(motion_of(knots))
+    assert [(move.segment, move.start, move.duration) for move in found] == [
+        (1, 0.0, 2.0),
+        (2, 3.0, 1.0),
+        (3, 4.0, 1.0),
+    ]
+    assert [move.speed for move in found] == [(1.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
