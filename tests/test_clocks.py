@@ -25,6 +25,7 @@ def worst_of(plane, motion, jitter, count=400):
 
 
 APART = ([(0, 1.57, 0), (1, 3.0, 0)], [(0, 1.57, 0), (1, 0.1, 0)])
+BEHIND = ([(0, 1.27, 0), (0.6, 1.87, 0)],) * 2
 ALONG = ([(0, -0.3, 0), (0.6, 0.3, 0)], [(0, -0.3, 0), (0.6, 0.3, 0)])
 
 
@@ -41,13 +42,23 @@ def test_what_comes_apart_or_goes_along_loses_little(knots, lost):
 
 def test_one_behind_the_other_loses_all_of_it():
     """Both at 10 mm/s along x, where the tips are: 20 sin(tau) is lost between them."""
-    behind = ([(0, 1.27, 0), (0.6, 1.87, 0)],) * 2
-    plane, motion = side_by_side(1.2, *behind)
+    plane, motion = side_by_side(1.2, *BEHIND)
     limit = float(np.arcsin(1.2 / 20.0))
     assert verify(plane, motion, jitter=limit - 1e-4).ok
     late = verify(plane, motion, jitter=limit + 1e-3)
     (contact,) = late.contacts
     assert -0.03 < contact.clearance < 0
+
+
+@pytest.mark.small
+@pytest.mark.parametrize(("knots", "clear"), [(APART, True), (BEHIND, False)])
+def test_paths_that_are_apart_at_any_two_moments(knots, clear):
+    """Who follows another is safe as timed, not if either is anywhere on its path."""
+    plane, motion = side_by_side(0.6, *knots)
+    path, pairs, errors = as_motion(plane.arms, motion), np.array([[0, 1]]), np.zeros(2)
+    assert verify(plane, motion, 0.3).ok
+    assert at_any_moments(plane.arms, path, pairs, errors, 0.3, 4000).tolist() == [clear]
+    assert not at_any_moments(plane.arms, path, pairs, errors, 0.3, 0)[0]
 
 
 def test_bounds_hold_for_boxes_and_motions_of_all_kinds():

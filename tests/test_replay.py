@@ -14,10 +14,11 @@ from fiberplan.certificates.replay import BadFileError, Claims
 from fiberplan.certificates.replay_geometry import digest, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, not_replayed
 from fiberplan.certificates.whole_replay import replay
+from fiberplan.scenes.decisive import row
 from fuzz.made_false import base as base_of
 from fuzz.made_false import sealed
 from fuzz.mutations import BASES
-from replayed import FILES
+from replayed import FILES, made
 
 pytestmark = pytest.mark.small
 FORMAT1 = Path(__file__).parent / "format1.fits.gz"
@@ -236,6 +237,32 @@ def test_limits_goals_and_outcomes():
     lost = changed("three", **said(b"INFEASIBLE", arrived))
     assert not [*faults(lost)]
     assert "without a claimed proof" in next(not_replayed(lost))
+
+
+def test_claims_about_something_else_are_faults():
+    other, clocks = changed("three"), changed("three")
+    other.said["certificate"]["margin"] = 0.4
+    clocks.said["certificate"]["jitter"] = 0.1
+    for claims in (other, clocks):
+        assert "another margin, or about clocks that are off" in next(faults(claims))
+    thick = replay(changed("three", OBSTACLES=setting("radius", slice(None), 12.0)), jobs=1)
+    assert any("obstacle 'post'" in fault for fault in thick.faults)
+    near = np.flatnonzero(base("opening")[1].tables["CERTIFICATE"]["kind"] == b"opening")[0]
+    kept = changed("opening", CERTIFICATE=setting("clearance", near, 2.0))
+    assert any("are no such pair" in fault for fault in faults(kept))
+
+
+def test_what_a_replay_says_nothing_of_is_noted():
+    limits = {"max_acceleration": np.full((2, 2), 9.0), "min_speed": np.full((2, 2), 0.01)}
+    still = [[(0, 90, 90)], [(0, 90, 90)]]
+    claims = Claims(made(row(2).replace(**limits), still, 0.5))
+    claims.said["bounds"] = ["one"]
+    notes = [*not_replayed(claims)]
+    assert [note.split(" are not replayed")[0] for note in notes] == [
+        "limits of accelerations",
+        "limits of least speeds",
+        "bounds of the makespan",
+    ]
 
 
 def test_a_slider_that_leaves_its_range_is_seen():

@@ -174,6 +174,31 @@ def test_two_that_want_one_place_are_told_who_has_it():
     assert [(t.tier, t.targets, t.value) for t in tiers.tiers] == [(1, 1, 2.0), (2, 0, 0.0)]
 
 
+def test_what_nobody_can_reach_is_told_why():
+    plane = row(2).replace(online=np.array([True, False]), field_radius=100.0, forbidden=[[-5.0, 12.0, 1.0]])
+    found = allocate(plane, Catalogue([16.0, 500.0, -5.0, -50.0], [2.0, 0.0, 12.0, 0.0]), motion=False)
+    assert not len(found.rows)
+    assert found.reasons[0].why is Why.AT_REST
+    for k, words in enumerate(("would touch P1, which stands still", "field of radius 100 mm", "no fiber may end")):
+        assert words in found.reasons[k].text
+    assert found.reasons[3].text.endswith("the nearest is P0, 50.000 mm away")
+
+
+def test_what_is_required_goes_first_and_no_further():
+    def sky_and(x, y, n, *category):
+        catalogue = Catalogue([9.0, x], [12.0, y], priority=[0.0, 9.0], category=category)
+        return allocate(row(n, 60.0), catalogue, motion=False, required={"sky": 1})
+
+    found = sky_and(8.0, 13.0, 1, "sky", "science")
+    assert found.rows.tolist() == [0]
+    assert found.reasons[1].text == "a required position would go: P0 on row 1 (sky)"
+    found = sky_and(69.0, 12.0, 2, "sky", "sky")
+    ((left, reason),) = found.reasons.items()
+    assert reason.why is Why.QUOTA
+    assert reason.text.startswith("1 of category sky are required in region 0")
+    assert found.rows.tolist() == [1 - left]
+
+
 @pytest.mark.parametrize(
     ("settings", "complaint"),
     [
