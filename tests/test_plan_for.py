@@ -139,6 +139,7 @@ def test_the_command_plans_for_a_controller(tmp_path, capsys, monkeypatch, ninet
     assert set(CONTROLLERS) >= {"sdss", "desi", "moons", "pfs"}
 
 
+@pytest.mark.small
 @pytest.mark.parametrize(
     ("given", "complaint"),
     [
