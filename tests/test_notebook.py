@@ -40,6 +40,7 @@ def strokes(shown):
     return counted
 
 
+@pytest.mark.large
 def test_a_plan_shows_every_arm_in_its_colour_and_its_facts(plan):
     shown = plan._repr_html_()
     counted = strokes(shown)
