@@ -14,6 +14,7 @@ from fiberplan.planners import GreedyFold
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.shaping import plan_for_motors, replanned, shape
 from fiberplan.shaping.bursts import no_slower
+from fiberplan.shaping.following import TAIL, followed
 from fiberplan.shaping.ramps import ramped
 from fiberplan.tolerances import RAMP
 from references import make_plane, motion_of
@@ -290,6 +291,19 @@ def test_whole_steps_keep_ranges_that_their_path_keeps():
     made = stepped(motion_of(knots), plane)
     assert made.certificate.violations == ()
     np.testing.assert_allclose(made.trajectory.end, [[0.1, -0.1]], atol=0.5 * STEP + 1e-9)
+
+
+def test_strokes_that_overshoot_stay_off_the_end_of_the_range_by_as_much_as_it_takes():
+    """A joint of MOONS that turns back three steps before its range ends: 3 to 21 steps off that end do not do."""
+    rules = [np.array([value]) for value in (62, 237, 50, 69)]
+    there = [-4, -34, -89, -135, -184, *[-198, -198, -198, -199] * 7, -198, -198, -198, -196, -165, -117, -65, -18]
+    back = [22, 67, 119, 162, *[169, 168] * 42, 169, 160, 124, 69, 23]
+    wanted = np.array([[0, 0, *there, *[0] * 16, *back, *[0] * 40]])
+    low, high = wanted.cumsum().min() - 3, 10_000
+    made = np.zeros((1, wanted.shape[1] + TAIL), np.int64)
+    assert followed(*rules, wanted, np.array([11]), np.array([low]), np.array([high]), made).all()
+    assert made.cumsum().min() >= low
+    assert made.sum() == wanted.sum()
 
 
 def test_an_end_that_whole_steps_reach_from_beyond_the_range_only_is_refused():

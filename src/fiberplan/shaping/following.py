@@ -6,7 +6,7 @@ gets a segment less or more. What no stroke can make is made at the end, by a st
 comes back; both on the side that the joint came from, for what lies beyond its end it has never swept.
 
 A stroke may go beyond what it follows, and where that is near an end of the joint's range, beyond that. Then the joint
-follows places that stay off that end by as much, more in each turn until it keeps its range.
+follows places that stay off that end, by as much, then by ever more until it keeps its range.
 """
 
 import numpy as np
@@ -223,7 +223,7 @@ def followed(least, most, change, first, wanted, longest, low, high, out):
         below, above = _beyond(wanted[j], low[j], high[j])
         lowest, highest = low[j] - below, high[j] + above
         lower, upper = lowest, highest
-        for _ in range(_TURNS):
+        for turn in range(_TURNS):
             _drawn_in(wanted[j], lower, upper, drawn)
             if not _one_followed(rules, drawn, longest[j], out[j]):
                 break
@@ -231,5 +231,5 @@ def followed(least, most, change, first, wanted, longest, low, high, out):
             if below == 0 and above == 0:
                 done[j] = True
                 break
-            lower, upper = lower + below, upper - above
+            lower, upper = lower + below * 2**turn, upper - above * 2**turn
     return done
