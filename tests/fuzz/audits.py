@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import fiberplan as fp
+from fiberplan.focal_plane.drift import motion_bounds
 from fiberplan.hardware import sdss
 from fiberplan.hardware.audit import audit
 from fiberplan.scenes.uniform import uniform_field
@@ -33,7 +34,9 @@ def audits(rng: np.random.Generator, folder: Path) -> None:
         else:
             file, content = folder / "f.csv", as_table(made)
         file.write_text(content)
-        found = {c.pair: c for c in audit(plane, file, margin=LEFT).certificate.contacts}
+        read = audit(plane, file, margin=LEFT)
+        found = {c.pair: c for c in read.certificate.contacts}
+        off = motion_bounds(plane, read.executed.joint_error)  # much, where a file asks for speeds that no motor has
         motion, changed = told(plane, made), {plane.names[name] for name in names}
         assert all(set(pair) & changed for pair in found), f"{found} touch, and only {names} move otherwise"
         for pair in itertools.combinations(range(plane.n), 2):
@@ -41,5 +44,6 @@ def audits(rng: np.random.Generator, folder: Path) -> None:
                 seen, when = smallest_over_time(plane, motion, *pair, 150)
                 assert seen >= LEFT - SEEN or pair in found, f"{pair} come within {seen:.4f} mm at {when:.3f} s"
                 if pair in found:
-                    assert seen < LEFT + ROUNDED, f"{pair} are said to touch and are {seen:.4f} mm apart"
+                    least = LEFT + ROUNDED + off[list(pair)].sum()
+                    assert seen < least, f"{pair} are said to touch and are {seen:.4f} mm apart"
                     assert found[pair].time <= when + 1e-3 or seen >= LEFT - SEEN
