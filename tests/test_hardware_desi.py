@@ -346,6 +346,17 @@ def seconds_of(table):
     return seconds(table.rows)
 
 
+def test_who_turns_aside_by_less_than_a_row_has_no_table(tmp_path, seven):
+    """Nor does one without neighbours who is late trouble anybody."""
+    plan = by_hand(
+        fast(seven), {"R0C2": [(0, 0, 180), (1, 120, 150)], "R0C3": [(0, 0, 180), (0.1, 3, 180), (0.2, 0, 180)]}
+    )
+    assert desi.write(plan, tmp_path / "t.csv").facts["tables"] == 1
+    lone = fp.FocalPlane.hexagonal(0, 10.4, (3.0, 3.0), 1.0, 10 * SPEED).replace(aliases=("M00001",))
+    plan = by_hand(lone, {"R0C1": [(0, 0, 180), (1, 0, 180), (1.1, 120, 150)]})
+    assert desi.write(plan, tmp_path / "l.csv").certificate.ok
+
+
 def test_the_last_way_follows_short_pieces_in_creep(seven):
     """3 deg of theta before phi unfolds: other rows would leave them to the tail, and pass 3 deg beside the plan."""
     knots = {"R0C2": [(0, 0, 180), (0.5, 3, 180), (1, 3, 110), (1.5, 0, 110)]}
@@ -366,8 +377,8 @@ def test_goals_whose_tails_have_no_room_are_given_up(seven):
     problem = fp.Problem(plane, start, goal, conflicts="drop")
     made = desi.with_goals(problem)
     assert sorted(made.dropped) == [0, i]
-    assert made.dropped[0].cause == "positioner 'R-1C1': the tail of its move has no room in its ranges"
-    assert made.dropped[i].cause == "positioner 'R0C2': the tail of its move has no room beside R0C3"
+    assert made.dropped[0].cause == "the tail of its move has no room in its ranges"
+    assert made.dropped[i].cause == "the tail of its move has no room: R0C3"
     assert made.dropped[i].blockers == (j,)
     assert desi.with_goals(problem, tail=False) is problem
     with pytest.raises(ProblemError, match="goal: positioner 'R-1C1': the tail of its move has no room"):

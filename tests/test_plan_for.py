@@ -11,7 +11,9 @@ from fiberplan.cli.app import run
 from fiberplan.errors import FiberplanError, PlanError
 from fiberplan.hardware import CONTROLLERS, moons
 from fiberplan.hardware.planned import executed, fitted, plan_for
+from fiberplan.plan.summary import headline
 from fiberplan.planners.amending import mended
+from fiberplan.planners.parking import plan_with_parking
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.shaping.replanned import Made, replanned
 
@@ -79,13 +81,32 @@ def test_who_comes_too_near_whatever_is_tried_is_given_up(conflicts):
     if conflicts == "raise":
         assert plan.problem.dropped == {}
         return
-    cause = "positioner 'R0C1': what its motors make of any path that was tried comes too near R0C2"
+    cause = "its motors come too near others on any path that was tried: R0C2"
+    np.testing.assert_array_equal(plan.problem.requested, goal)
     assert [(i, each.cause, each.blockers) for i, each in plan.problem.dropped.items()] == [(2, cause, (3,))]
     assert plan.kept == 28 - 3  # priorities
     assert plan.faults() == []
 
 
 @pytest.mark.small
+def test_what_is_given_up_while_others_are_parked_is_named():
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    goal = plane.folded + np.array([0.4, -0.3])
+    goal[6] = np.nan
+    problem = fp.Problem(plane, plane.folded, goal, 0.1, np.arange(1.0, 8.0), "drop")
+
+    def made(plan):
+        return Made(plan, {} if np.isnan(plan.problem.goal[[2, 3]]).any() else {(2, 3): 0.01})
+
+    def planned(problem):
+        return replanned(fp.planners.GreedyFold(), problem, made)
+
+    plan = plan_with_parking(planned, problem)
+    assert list(plan.problem.dropped) == [2]
+    assert dict(headline(plan))["losses"] == "1: its motors come too near others on any path that was tried"
+    np.testing.assert_array_equal(plan.problem.requested, goal)
+
+
 @pytest.mark.parametrize("name", ["sdss", "desi", "moons", "pfs"])
 def test_planes_are_fitted_to_controllers(name):
     wide = fp.FocalPlane.hexagonal(1, 22.4, lower=(-7.0, 0.0), upper=(7.0, np.pi), max_speed=100.0)

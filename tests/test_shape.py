@@ -306,6 +306,16 @@ def test_strokes_that_overshoot_stay_off_the_end_of_the_range_by_as_much_as_it_t
     assert made.sum() == wanted.sum()
 
 
+@pytest.mark.parametrize(("lower", "upper"), [(0.305, 2.0), (-np.inf, np.inf)])
+def test_whole_steps_from_outside_of_a_range_or_without_one(lower, upper):
+    """A start just below the range, as planning lets it be, and rest before it moves."""
+    motion = motion_of([(0.0, 0.3, 0.0), (0.5, 0.3, 0.0), (1.5, 0.8, 0.0)])
+    ranges = {"lower": np.array([[lower, -2.0]]), "upper": np.array([[upper, 2.0]])}
+    made = stepped(motion, steppers(folded=np.array([[1.0, 0.0]]), **ranges))
+    np.testing.assert_allclose(made.trajectory.end, [[0.8, 0.0]], atol=0.5 * STEP + 1e-9)
+    assert (made.steps >= 0).all()
+
+
 def test_an_end_that_whole_steps_reach_from_beyond_the_range_only_is_refused():
     """Three steps are five there and two back, or eight and five: seven at least, where the range ends at four."""
     with pytest.raises(TrajectoryError, match="'P0' cannot end where it should in whole steps within its range"):

@@ -1,14 +1,16 @@
 """How a plan will be exported, as ``key=value``: the options that a controller's `write` takes."""
 
 import inspect
-import types
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from os import PathLike
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from fiberplan.cli.settings import converted
 from fiberplan.errors import FiberplanError
 from fiberplan.tables.wording import nearest
+
+_PLANNED = ("plan", "path")  # what every `write` is given
 
 
 def export_options(controller: str | None, assignments: Sequence[str]) -> dict[str, Any]:
@@ -23,9 +25,7 @@ def export_options(controller: str | None, assignments: Sequence[str]) -> dict[s
         raise FiberplanError(f"--export {assignments[0]}: of which controller? Say --for, too")
     from fiberplan.hardware import CONTROLLERS
 
-    write = CONTROLLERS.find(controller).write
-    hints, options = get_type_hints(write), inspect.signature(write).parameters
-    known = [name for name, each in options.items() if each.kind is each.KEYWORD_ONLY]
+    known = _options(CONTROLLERS.find(controller).write)
     given: dict[str, Any] = {}
     for assignment in assignments:
         key, equals, text = (part.strip() for part in assignment.partition("="))
@@ -33,14 +33,34 @@ def export_options(controller: str | None, assignments: Sequence[str]) -> dict[s
             raise FiberplanError(f"--export {assignment}: expected key=value")
         if key not in known:
             near = nearest(key, known)
-            raise FiberplanError(f"--export {key}: '{controller}' has no such option; it has {', '.join(known)}{near}")
+            has = f"it has {', '.join(known)}{near}" if known else "it has none"
+            raise FiberplanError(f"--export {key}: '{controller}' has no such option; {has}")
         if key in given:
             raise FiberplanError(f"--export {key} is given twice")
-        given[key] = converted(text, _kind(hints[key]), f"--export {key}")
+        given[key] = _value(text, known[key], f"--export {key}")
     return given
 
 
-def _kind(hint: Any) -> type:
-    """What a value of an option is; whatever may be a path is one."""
-    kinds = get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-    return next((kind for kind in (bool, int, float) if kind in kinds), Path)
+def _options(write: Callable[..., Any]) -> dict[str, Any]:
+    """The options of a `write`, and what may be said of each: its annotation, or the kind of its default."""
+    try:
+        hints = get_type_hints(write)
+    except Exception:  # names that are not there: another package's
+        hints = {}
+    named = (inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    each = [one for one in inspect.signature(write).parameters.values() if one.kind in named]
+    return {one.name: hints.get(one.name, type(one.default)) for one in each if one.name not in _PLANNED}
+
+
+def _value(text: str, hint: Any, what: str) -> Any:
+    """What text says of an option; where that may be many things, the first of truth, number, path and word."""
+    if get_origin(hint) is Literal:
+        choices = [str(choice) for choice in get_args(hint)]
+        if text not in choices:
+            raise FiberplanError(f"{what}={text}: expected one of {', '.join(choices)}")
+        return get_args(hint)[choices.index(text)]
+    kinds = get_args(hint) or (hint,)
+    for kind in (bool, int, float):
+        if kind in kinds:
+            return converted(text, kind, what)
+    return Path(text) if Path in kinds or PathLike in kinds else text

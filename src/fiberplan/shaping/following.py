@@ -214,14 +214,16 @@ def followed(least, most, change, first, wanted, longest, low, high, out):
         out: all columns beyond m are for going there and back.
 
     Returns:
-        (joints,) whether a joint gets where it should, and no farther than the wanted steps or its range.
+        (joints,) whether a joint gets where it should and keeps its range, or what it begins and ends at.
     """
     done = np.zeros(len(wanted), np.bool_)
     drawn = np.empty(wanted.shape[1], np.int64)
     for j in range(len(wanted)):
         rules = StepRules(least[j], most[j], change[j], first[j])
-        below, above = _beyond(wanted[j], low[j], high[j])
-        lowest, highest = low[j] - below, high[j] + above
+        end = 0
+        for k in range(wanted.shape[1]):
+            end += wanted[j, k]
+        lowest, highest = min(low[j], 0, end), max(high[j], 0, end)
         lower, upper = lowest, highest
         for turn in range(_TURNS):
             _drawn_in(wanted[j], lower, upper, drawn)

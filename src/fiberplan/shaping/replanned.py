@@ -95,7 +95,11 @@ def replanned(planner: Planner, problem: Problem, make: Callable[[Plan], Made], 
         if fewer is None:
             break
         again = _tried(planner, fewer, make, rounds)
-        problem, tried = fewer, _Tried(again.best, tried.asked + again.asked, tried.led + again.led)
+        better = _badness(again.best) < _badness(tried.best)
+        tried = _Tried(again.best if better else tried.best, tried.asked + again.asked, tried.led + again.led)
+        if not better:
+            break
+        problem = fewer
     anew = f", {tried.led} pairs led past each other anew" if tried.led else ""
     said = f"planned {tried.asked} time{'s' if tried.asked > 1 else ''}{anew}"
     return dataclasses.replace(tried.best.plan, problem=problem, notes=(*tried.best.plan.notes, said))
@@ -134,8 +138,12 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
         before, made = made, make(plan)
         same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
         tries.update(made.lacking.keys())
-        best = min(best, made, key=lambda each: (bool(each.lacking), -each.plan.kept, len(each.lacking)))
+        best = min(best, made, key=_badness)
     return _Tried(best, asked, led)
+
+
+def _badness(made: Made) -> tuple[bool, float, int]:
+    return bool(made.lacking), -made.plan.kept, len(made.lacking)
 
 
 def _without_those(problem: Problem, made: Made) -> Problem | None:
@@ -146,16 +154,16 @@ def _without_those(problem: Problem, made: Made) -> Problem | None:
     pairs = [(i, j) for i, j in pairs if can[i] or can[j]]
     if problem.conflicts == "raise" or not pairs:
         return None
-    assert priority is not None  # set on construction
+    assert priority is not None  # set on construction, as `wished` is
+    assert problem.wished is not None
+    weight = np.where(problem.wished, 0.0, np.maximum(priority, np.finfo(float).tiny))  # a wish goes before a target
     dropped = {}
-    for i, blockers in least_loss(pairs, can, priority).items():
+    for i, blockers in least_loss(pairs, can, weight).items():
         touched = tuple(plane.public(arm) for arm in blockers)
         beside = " and ".join(map(plane.label, touched))
-        cause = f"positioner '{plane.ids[i]}': what its motors make of any path that was tried comes too near {beside}"
-        dropped[i] = Dropped(cause, touched)
-    goal = problem.goal.copy()
-    goal[list(dropped)] = np.nan
-    return dataclasses.replace(problem, goal=goal, dropped={**problem.dropped, **dropped})
+        dropped[i] = Dropped(f"its motors come too near others on any path that was tried: {beside}", touched)
+    asked = np.where(problem.has_goal[:, None], problem.goal, problem.requested)
+    return dataclasses.replace(problem, goal=asked, dropped={**problem.dropped, **dropped})
 
 
 def _roomier(problem: Problem, room: np.ndarray, speed: float) -> Problem:

@@ -11,6 +11,7 @@ from fiberplan.shaping.knots import with_bends
 from fiberplan.tolerances import RAMP
 
 _FIRST = 7  #: this part of the change between segments may come on top of the least steps at the ends of strokes
+_FAR = 2.0**40  # steps: a range that ends farther away does not end
 _WHOLE = 1e-6  # of a step: a limit this close to a whole number of steps is one
 
 
@@ -57,10 +58,10 @@ def in_whole_steps(
     places = np.rint(
         (trajectory.sampled(np.arange(count + 1) * segment) - trajectory.start[:, None]) / step[:, None]
     ).astype(np.int64)
-    wanted = read_only(np.diff(places, axis=1).transpose(0, 2, 1).reshape(-1, count), np.int64)
+    wanted = read_only(np.diff(places, axis=1).transpose(0, 2, 1).reshape(2 * plane.n, count), np.int64)
     longest = np.maximum(1, np.rint(follow[:, None] / (np.maximum(rules[0], 1) * step))).astype(np.int64)
-    low = np.ceil((plane.lower - trajectory.start) / step - _WHOLE)
-    high = np.floor((plane.upper - trajectory.start) / step + _WHOLE)
+    low, high = ((edge - trajectory.start) / step for edge in (plane.lower, plane.upper))
+    low, high = np.ceil(np.maximum(low, -_FAR) - _WHOLE), np.floor(np.minimum(high, _FAR) + _WHOLE)
     each = (read_only(given.ravel(), np.int64) for given in (longest, low, high))
     made = np.zeros((len(wanted), count + TAIL), np.int64)
     done = followed(*(read_only(rule.ravel(), np.int64) for rule in rules), wanted, *each, made)

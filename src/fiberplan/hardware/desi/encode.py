@@ -39,7 +39,9 @@ def tables(plan: Plan, linear: dict[str, bool], buses: dict[str, tuple[int, str]
         moves, rest = planned_moves(plan, i, is_linear)
         digits = "".join(letter for letter in posid if letter.isdigit())
         canid, busid = buses.get(posid, (int(digits or 0), ""))
-        made.append(Table(posid, canid, busid, is_linear, tuple(rows_of(moves, is_linear, tail, rest))))
+        rows = tuple(rows_of(moves, is_linear, tail, rest))
+        if rows:  # none where it turns aside by less than a row, and back
+            made.append(Table(posid, canid, busid, is_linear, rows))
     return made
 
 

@@ -59,7 +59,7 @@ def with_goals(
         if len(good):
             goal[i] = good[0]
         else:
-            dropped[i] = Dropped(f"positioner '{plane.ids[i]}': the tail of its move has no room in its ranges")
+            dropped[i] = Dropped("the tail of its move has no room in its ranges")
     assert problem.priority is not None  # set on construction
     while True:  # who is given up rests at its start, where it may be in the way of others
         goal[list(dropped)], tailed[list(dropped)] = np.nan, False
@@ -70,14 +70,14 @@ def with_goals(
         for i, blockers in lost.items():
             touched = tuple(plane.public(arm) for arm in blockers)
             beside = " and ".join(map(plane.label, touched))
-            dropped[i] = Dropped(
-                f"positioner '{plane.ids[i]}': the tail of its move has no room beside {beside}", touched
-            )
+            dropped[i] = Dropped(f"the tail of its move has no room: {beside}", touched)
     if dropped and problem.conflicts == "raise":
-        raise ProblemError(f"goal: {next(iter(dropped.values())).cause}", tuple(sorted(dropped)))
+        i, first = next(iter(dropped.items()))
+        raise ProblemError(f"goal: positioner '{plane.ids[i]}': {first.cause}", tuple(sorted(dropped)))
     if not dropped and np.array_equal(goal, problem.goal, equal_nan=True):
         return problem
-    return dataclasses.replace(problem, goal=goal, dropped={**problem.dropped, **dropped})
+    asked = np.where(np.isnan(goal), problem.requested, goal)
+    return dataclasses.replace(problem, goal=asked, dropped={**problem.dropped, **dropped})
 
 
 def _blocked(problem: Problem, ends: np.ndarray, tailed: np.ndarray) -> list[tuple[int, int]]:

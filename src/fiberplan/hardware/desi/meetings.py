@@ -124,4 +124,5 @@ class Meetings:
         offsets = np.cumsum([0, *(len(path.times) for path in paths)])
         times, angles = (np.concatenate([path[k] for path in paths]) for k in (0, 1))
         motion = as_motion(arms, Trajectory(offsets, times, angles))
-        return keeps(arms, motion, read_only(np.array(pairs), np.int64), read_only(errors), self._margin)
+        each = read_only(np.array(pairs, np.int64).reshape(-1, 2), np.int64)  # of none, too
+        return keeps(arms, motion, each, read_only(errors), self._margin)

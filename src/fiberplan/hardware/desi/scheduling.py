@@ -94,9 +94,11 @@ class _Schedule:
         """Cut the longest wait of somebody late as short as nobody is met."""
         rows = self._tables[i].rows
         late = round(1000 * (seconds(rows) - self._until))
+        if late <= 0:
+            return
         k = max(range(len(rows)), key=lambda k: rows[k].pause)
         low, high = max(0, rows[k].pause - late), rows[k].pause
-        if late <= 0 or low == high or self._meetings.of(i):
+        if low == high or self._meetings.of(i):
             return
         for _ in range(_HALVINGS):
             pause = (low + high) // 2

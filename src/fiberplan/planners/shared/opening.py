@@ -141,9 +141,9 @@ class _Group:
         bounds = [(max(a, -m), min(b, m)) for a, b, m in zip(low, high, most, strict=True)]
         gain = np.zeros(count + 1)
         gain[-1] = -1.0
-        solved = linprog(
-            gain, np.array(rows), np.array(room), bounds=[*bounds, (0.0, _GAIN / self._finer)], method="highs"
-        )
+        bounds.append((0.0, _GAIN / self._finer))
+        least = np.array(rows).reshape(-1, count + 1)  # of nobody near, too
+        solved = linprog(gain, least, np.array(room), bounds=bounds, method="highs")
         if not solved.success or (open_.any() and -solved.fun < _WORTH):
             return None
         return np.asarray(solved.x[:-1].reshape(-1, 2))
