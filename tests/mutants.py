@@ -53,7 +53,6 @@ TESTS = {  # the nearest first: most mutants die there
     "any_speed": "any_speed",
     "boxes": "any_speed",
     "keeping": "any_speed",
-    "clocks": "clocks",
     "witnesses": "witnesses",
     "replay": "replay",
     "replay_geometry": "replay",

@@ -191,6 +191,7 @@ def test_sides_are_exact():
         assert side(b, a, c) == np.sign(k)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("shape", ["star", "comb"])
 def test_outlines_of_thousands_of_vertices(shape):
     if shape == "star":

@@ -71,6 +71,7 @@ def test_plan(folder, capsys):
     assert any("margin is 0 mm" in note for note in said["notes"])
 
 
+@pytest.mark.large
 def test_verify(folder, capsys):
     said = told(capsys, "verify", "plan.fits")
     assert set(said) == {"ok", "certificate", "faults", "notes", "unknown"}

@@ -402,7 +402,6 @@ def test_one_that_never_had_a_goal_is_held_and_not_lost():
     assert search.given_up == {}
 
 
-@pytest.mark.small
 def test_past_a_fixed_arm_there_is_more_time():
     """The long way around a post takes longer than the joints need, and the plan says so."""
     plane = fp.FocalPlane.hexagonal(0, 22.4)

@@ -54,6 +54,7 @@ def test_every_outcome_has_a_colour_and_a_label():
     assert set(style.OUTCOMES) == set(style.LABELS) == set(Outcome)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("time", [None, 0.0, 7.3])
 @pytest.mark.parametrize("bodies", [None, MIXED], ids=["capsules", "every kind of body"])
 def test_draws_a_plan(tmp_path, time, bodies):

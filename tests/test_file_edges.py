@@ -371,6 +371,7 @@ def test_a_table_that_is_there_twice(path):
     assert "table BODIES is there twice" in complaint(PlanError, lambda: Plan.read(path))
 
 
+@pytest.mark.large
 def test_flipped_header_bytes_are_one_line(path):
     content, rng = path.read_bytes(), np.random.default_rng(8)
     headers = [k for k in range(0, len(content), 2880) if content[k : k + 8] in (b"SIMPLE  ", b"XTENSION")]

@@ -212,6 +212,7 @@ def test_parameters_that_json_cannot_hold_are_a_bug_not_a_loss(tmp_path, small_p
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.large
 def test_how_the_start_is_known_round_trips(tmp_path, small_plane):
     angles = small_plane.folded.copy()
     angles[3], angles[4] = np.radians([0.0, 29.9]), np.radians([180.0, 29.9])

@@ -94,6 +94,7 @@ def test_one_leaves_its_target_to_let_the_other_pass():
     assert max(np.abs(plan.trajectory.at(t)[0] - place).max() for t in np.linspace(0.0, plan.makespan, 50)) > 0.4
 
 
+@pytest.mark.large
 def test_those_who_only_get_there_together_are_searched_for_jointly():
     problem = aside()
     near = Neighbourhood.of(problem.plane, problem.margin)

@@ -46,6 +46,7 @@ def test_survey_of_places_that_are_known(files, capsys):
     assert not (files / "out" / "plans" / "000001.fits").exists()  # b has been observed, and nothing is left for 2
 
 
+@pytest.mark.large
 def test_priority_one_is_first_where_that_is_said(files, capsys):
     (files / "two.csv").write_text("id,field,x,y,priority\nlast,1,9,8,2\nfirst,1,8,9,1\n")
     (files / "one.csv").write_text("id\n1\n")

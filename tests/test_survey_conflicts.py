@@ -39,6 +39,7 @@ def touching_by_brute_force(plane, options, margin):
     return found
 
 
+@pytest.mark.large
 def test_every_option_and_every_contact_is_found():
     plane = hexagon(1, lower=np.radians([-90.0, -180.0]), upper=np.radians([300.0, 180.0]))  # both elbows, and turns
     catalogue = scattered(plane, 12)
@@ -60,6 +61,7 @@ def test_every_option_and_every_contact_is_found():
     assert not (options.positioner[table.nonzero()[0]] == options.positioner[table.nonzero()[1]]).any()
 
 
+@pytest.mark.large
 def test_what_stands_still_blocks_options_and_is_named():
     plane = among_obstacles().plane
     plane = plane.replace(online=np.arange(plane.n) != 9)

@@ -56,6 +56,7 @@ def test_few_fields_are_in_the_best_order_or_close_to_it(seed):
     assert found.given == pytest.approx(motion(plane, listed, range(5)))
 
 
+@pytest.mark.large
 def test_many_fields_are_a_permutation_that_is_shorter_than_given():
     plane = hexagon(1)
     found = order(fields(plane, 24), plane.folded)

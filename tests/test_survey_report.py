@@ -51,6 +51,7 @@ def test_of_many_rows_the_first_are_shown_and_the_others_counted(tmp_path, monke
     assert "<p class='unsafe'>" in page
 
 
+@pytest.mark.large
 def test_fields_on_the_sky_have_a_map_of_their_own():
     wide = (_maps(report(centres=centres)) for centres in (None, np.array([[10.0, 2.0], [11.0, 2.5]])))
     without, with_sky = (len(png) for png in wide)

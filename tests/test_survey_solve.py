@@ -74,6 +74,7 @@ CASES = {
 }
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("case", CASES)
 def test_the_best_set_is_found_and_proven(case):
     for seed in range(3):
