@@ -54,13 +54,13 @@ TESTS = {  # the nearest first: most mutants die there
     "boxes": "boxes_oracles any_speed",
     "keeping": "any_speed",
     "witnesses": "witnesses",
-    "replay": "replay",
+    "replay": "replay_claims replay",
     "replay_geometry": "replay",
-    "replay_outcomes": "replay",
+    "replay_outcomes": "replay_claims replay_limits replay",
     "whole_replay": "replay",
     "replay_infeasible": "replay_infeasible",
-    "replay_boxes": "replay_infeasible",
-    "replay_contact": "replay_infeasible",
+    "replay_boxes": "replay_limits replay_infeasible",
+    "replay_contact": "replay_contact replay_contact_boxes",
 }
 COMPARISONS = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq
