@@ -58,7 +58,7 @@ TESTS = {  # the nearest first: most mutants die there
     "replay_geometry": "replay",
     "replay_outcomes": "replay_claims replay_limits replay",
     "whole_replay": "replay",
-    "replay_infeasible": "replay_infeasible",
+    "replay_infeasible": "replay_limits replay_infeasible",
     "replay_boxes": "replay_limits replay_infeasible",
     "replay_contact": "replay_contact replay_contact_boxes",
 }

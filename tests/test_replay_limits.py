@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fiberplan.certificates.replay_boxes import grown, sides
+from fiberplan.certificates.replay_infeasible import _ends, _excluded, _too_late
 from fiberplan.certificates.replay_outcomes import _limits, _sliders
 from test_replay_claims import moving, places
 
@@ -142,3 +143,41 @@ def test_trees_that_are_none():
     assert not lower.holds([-0.1, np.nan])
     assert (whole.within, lower.within, upper.within) == (True, True, False)
     assert not grown([0.0], [1.0], "0bo")[0].within
+    assert not any(box.beside for box in (whole, lower, upper))
+
+
+def test_who_is_too_far_for_the_time_the_plan_keeps_to():
+    """Three seconds, of joints that turn by 1 and 2 rad/s from 0.4 and -0.5 rad."""
+    claims = moving()
+    claims.table = {"max_speed_alpha": np.array([1.0, 9.0]), "max_speed_beta": np.array([2.0, 9.0])}
+
+    def late(most, *ends):
+        claims.said = {"parameters": {} if most is None else {"max_time": most}}
+        return _too_late(claims, 0, [*ends])
+
+    for off, said in ((-1e-3, False), (0.6e-9, False), (1.6e-9, True), (1e-3, True)):
+        for way in (-1, 1):
+            alpha, beta = 0.4 + way * 3 * (1 + off), -0.5 + way * 6 * (1 + off)
+            assert late(3.0, (alpha, 0.0), (0.0, 0.0), (0.0, beta)) == [said, False, said]
+    assert late(3.0 * (1 - 0.6e-9), (99.0, 0.0)) == [True]
+    assert late(3.0 * (1 - 1.6e-9), (99.0, 0.0)) == late(None, (99.0, 0.0)) == [False]
+
+
+def test_a_goal_is_excluded_if_all_others_of_the_proof_arrive_wherever_they_may():
+    claims = moving()
+    kinds = [("outcome", "S12"), *((f"goal_{joint}", float) for joint in ("alpha", "beta"))]
+    kinds += [(f"alternatives_{joint}", float, 2) for joint in ("alpha", "beta")]
+    none = (np.nan, np.nan)
+    rows = [(b"INFEASIBLE", 1.0, 2.0, none, none), (b"ARRIVED", 0.1, 0.2, (0.3, np.nan), (0.4, np.nan))]
+    claims.problem = np.array(rows, kinds)
+    end, others = (1.0, 2.0), frozenset({1})
+    first, second = (((0, end), (1, at)) for at in ((0.1, 0.2), (0.3, 0.4)))
+    assert _ends(claims, 0) == [end]
+    assert _ends(claims, 1) == [(0.1, 0.2), (0.3, 0.4)]
+    assert _excluded(claims, 0, end, others, [(others, first), (others, second)])
+    assert not _excluded(claims, 0, (1.0, 2.5), others, [(others, first), (others, second)])
+    assert not _excluded(claims, 0, end, others, [(others, first)])
+    assert not _excluded(claims, 0, end, others, [(others, first), (frozenset(), second)])
+    assert _excluded(claims, 0, end, frozenset(), [(frozenset(), ((0, end),))])
+    claims.problem["outcome"][1] = b"DEADLOCKED"
+    assert not _excluded(claims, 0, end, others, [(others, first), (others, second)])
