@@ -340,3 +340,19 @@ class TestFiles:
             with pytest.raises(BadFileError) as refused:
                 Claims(content)
             assert "\n" not in str(refused.value)
+
+
+def test_bodies_are_of_the_positioner_and_openings_of_the_obstacle_that_they_name():
+    def of_each(table):
+        each = np.repeat(table[None], 3, axis=0)
+        each["positioner"] = np.arange(3)[:, None]
+        each["radius"] += 0.1 * np.arange(3)[:, None]
+        return each.ravel()
+
+    def nearer(table):
+        table["kind"][:1], table["first"][:1], table["second"][:1] = b"opening", 1, -1
+
+    before, claims = base("three")[1], changed("three", BODIES=of_each, CERTIFICATE=nearer)
+    for i in range(3):
+        assert [s.radius for s in claims.arms[i]] == pytest.approx([s.radius + 0.1 * i for s in before.arms[i]])
+    assert set(claims.opening) == {(1, 3)}
