@@ -11,7 +11,7 @@ from astropy.io import fits
 
 from fiberplan.certificates import replay as replay_module
 from fiberplan.certificates.replay import BadFileError, Claims
-from fiberplan.certificates.replay_geometry import digest, geometry_fault
+from fiberplan.certificates.replay_geometry import about, digest, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, not_replayed
 from fiberplan.certificates.whole_replay import replay
 from fiberplan.scenes.decisive import row
@@ -356,3 +356,5 @@ def test_bodies_are_of_the_positioner_and_openings_of_the_obstacle_that_they_nam
     for i in range(3):
         assert [s.radius for s in claims.arms[i]] == pytest.approx([s.radius + 0.1 * i for s in before.arms[i]])
     assert set(claims.opening) == {(1, 3)}
+    least = before.arms[0][0].radius
+    assert f"of radius {least:.6g} to {least + 0.2:.6g} mm" in about(claims)
