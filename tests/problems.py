@@ -1,10 +1,12 @@
 """Problems that tests of several planners share: each of a kind, and each touched by straight motion."""
 
 import numpy as np
+import pytest
 
 import fiberplan as fp
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.inverse_kinematics import solutions
+from fiberplan.planners.direct.improving import shorten
 from fiberplan.scenes import decisive
 from fiberplan.scenes.decisive import PITCH
 from fiberplan.scenes.uniform import uniform_field
@@ -160,3 +162,17 @@ SCENES = (
     behind_posts,
     four_bars,
 )
+
+
+def keeps_its_solution_when_interrupted(search, monkeypatch):
+    """Whether a search that is stopped in its first attempt at fewer steps has the paths that it had."""
+    before, path = search.steps, search.lattice.path.copy()
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "attempt", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        shorten(search, lambda: True)
+    np.testing.assert_array_equal(search.lattice.path, path)
+    return search.steps == before and search.touching == 0

@@ -19,7 +19,7 @@ from fiberplan.planners.shared import threads
 from fiberplan.scenes.decisive import row
 from fiberplan.scenes.uniform import uniform_field
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
-from problems import field_to_field
+from problems import field_to_field, keeps_its_solution_when_interrupted
 
 DEG = np.pi / 180.0
 
@@ -168,17 +168,7 @@ def test_a_solution_is_kept_when_making_it_shorter_is_interrupted(monkeypatch):
     search.lengthen(2 * search.steps)
     search.place(np.arange(problem.n))
     assert search.run(10_000, lambda: True)
-    before, path = search.steps, search.lattice.path.copy()
-
-    def interrupted(*arguments):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(search, "attempt", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        shorten(search, lambda: True)
-    assert search.steps == before
-    np.testing.assert_array_equal(search.lattice.path, path)
-    assert search.touching == 0
+    assert keeps_its_solution_when_interrupted(search, monkeypatch)
 
 
 OUT, BESIDE = np.radians(

@@ -17,7 +17,7 @@ from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
 from fiberplan.planners.direct.repair import SPENT, note_all
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.scenes.decisive import row
-from problems import narrow_exchange
+from problems import keeps_its_solution_when_interrupted, narrow_exchange
 
 pytestmark = pytest.mark.small
 DEG = np.pi / 180.0
@@ -55,17 +55,7 @@ def test_a_solution_is_made_shorter():
 
 def test_stopped_while_it_is_made_shorter_it_is_as_it_was(monkeypatch):
     search, _ = searched(narrow_exchange(), longer=2)
-    before, path = search.steps, search.lattice.path.copy()
-
-    def interrupted(*arguments):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(search, "attempt", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        shorten(search, lambda: True)
-    assert search.steps == before
-    np.testing.assert_array_equal(search.lattice.path, path)
-    assert search.touching == 0
+    assert keeps_its_solution_when_interrupted(search, monkeypatch)
 
 
 def beside():

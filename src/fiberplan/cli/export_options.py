@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from fiberplan.cli.settings import converted
+from fiberplan.cli.settings import assigned, converted
 from fiberplan.errors import FiberplanError
 from fiberplan.tables.wording import nearest
 
@@ -27,16 +27,13 @@ def export_options(controller: str | None, assignments: Sequence[str]) -> dict[s
 
     known = _options(CONTROLLERS.find(controller).write)
     given: dict[str, Any] = {}
-    for assignment in assignments:
-        key, equals, text = (part.strip() for part in assignment.partition("="))
-        if not (key and equals and text):
-            raise FiberplanError(f"--export {assignment}: expected key=value")
+    for key, text in assigned(assignments, "--export", "fiberplan export --help").items():
+        if not text:
+            raise FiberplanError(f"--export {key}=: expected a value")
         if key not in known:
             near = nearest(key, known)
             has = f"it has {', '.join(known)}{near}" if known else "it has none"
             raise FiberplanError(f"--export {key}: '{controller}' has no such option; {has}")
-        if key in given:
-            raise FiberplanError(f"--export {key} is given twice")
         given[key] = _value(text, known[key], f"--export {key}")
     return given
 

@@ -65,11 +65,7 @@ def plan(
     ] = None,
     exported: Annotated[
         list[str] | None,
-        typer.Option(
-            "--export",
-            metavar="KEY=VALUE",
-            help="Of its export: power=0.5.",
-        ),
+        typer.Option("--export", metavar="KEY=VALUE", help="Export option: power=0.5."),
     ] = None,
     margin: Margin = None,
     jitter: Jitter = 0.0,

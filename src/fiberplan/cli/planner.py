@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from fiberplan.cli.settings import Setting, found, settings_of
+from fiberplan.cli.settings import Setting, assigned, found, settings_of
 from fiberplan.errors import FiberplanError
 from fiberplan.plan import Plan
 from fiberplan.planners import PLANNERS, Planner
@@ -49,16 +49,7 @@ def _of_file(file: Path, planner: str, settings: dict[str, Setting]) -> dict[str
 
 
 def _of_assignments(assignments: Sequence[str], planner: str, settings: dict[str, Setting]) -> dict[str, Any]:
-    written: dict[str, str] = {}
-    for assignment in assignments:
-        key, equals, text = (part.strip() for part in assignment.partition("="))
-        if not (key and equals):
-            raise FiberplanError(
-                f"--set {assignment}: expected key=value; `fiberplan planners {planner}` lists the keys"
-            )
-        if key in written:
-            raise FiberplanError(f"--set {key} is given twice: {written[key]} and {text}")
-        written[key] = text
+    written = assigned(assignments, "--set", f"fiberplan planners {planner}")
     return {key: found(planner, key, settings).parse(text) for key, text in written.items()}
 
 

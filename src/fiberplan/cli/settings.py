@@ -9,7 +9,7 @@ import dataclasses
 import math
 import re
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fiberplan.errors import FiberplanError
@@ -153,14 +153,34 @@ def _parsed(text: str, kind: type, parts: tuple[type, ...] = ()) -> Any:
     return text
 
 
+def assigned(assignments: Sequence[str], option: str, lists: str) -> dict[str, str]:
+    """Key -> text of assignments ``key=text``.
+
+    Args:
+        assignments: as they were given.
+        option: that gave them.
+        lists: a command that lists the keys.
+
+    Raises:
+        FiberplanError: one that is no assignment, or a key that is given twice.
+    """
+    written: dict[str, str] = {}
+    for assignment in assignments:
+        key, equals, text = (part.strip() for part in assignment.partition("="))
+        if not (key and equals):
+            raise FiberplanError(f"{option} {assignment}: expected key=value; `{lists}` lists the keys")
+        if key in written:
+            raise FiberplanError(f"{option} {key} is given twice: {written[key]} and {text}")
+        written[key] = text
+    return written
+
+
 def converted(text: str, kind: type, what: str) -> Any:
-    """What text says of one of the `_PLAIN` kinds; for any other, what that makes of it.
+    """What text says of one of the `_PLAIN` kinds.
 
     Raises:
         FiberplanError: it says none; names what it was given for.
     """
-    if kind not in _PLAIN:
-        return kind(text)
     value = _parsed(text, kind)
     if not _fits(value, kind):
         raise FiberplanError(f"{what}={text}: expected {_PLAIN[kind]}")

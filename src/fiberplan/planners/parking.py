@@ -64,8 +64,7 @@ def _of_targets(plan: Plan, problem: Problem, idle: np.ndarray, place: np.ndarra
         notes.append("not parked: " + ", ".join(plane.ids[i] for i in left))
     found = {i: each for i, each in plan.problem.dropped.items() if not idle[i]}
     if found != problem.dropped:  # what planning found out
-        asked = np.where(problem.has_goal[:, None], problem.goal, problem.requested)
-        problem = dataclasses.replace(problem, goal=asked, dropped=found)
+        problem = problem.giving_up(found)
     return dataclasses.replace(
         plan,
         problem=problem,

@@ -301,6 +301,17 @@ class Problem(Frozen):
         """(n,) whether a positioner has a goal that is kept."""
         return ~np.isnan(self.goal[:, 0])
 
+    def giving_up(self, dropped: Mapping[int, Dropped], goal: np.ndarray | None = None) -> "Problem":
+        """The problem with more goals given up, which stay `requested`.
+
+        Args:
+            dropped: positioner -> why.
+            goal: (n, 2) of those that keep theirs [rad]; as they are unless given.
+        """
+        kept = self.goal if goal is None else goal
+        asked = np.where(np.isnan(kept), self.requested, kept)
+        return dataclasses.replace(self, goal=asked, dropped={**self.dropped, **dropped})
+
     def _check_start(self) -> None:
         bad = np.flatnonzero(~np.all(np.isfinite(self.start), axis=1))
         if len(bad):

@@ -162,8 +162,7 @@ def _without_those(problem: Problem, made: Made) -> Problem | None:
         touched = tuple(plane.public(arm) for arm in blockers)
         beside = " and ".join(map(plane.label, touched))
         dropped[i] = Dropped(f"its motors come too near others on any path that was tried: {beside}", touched)
-    asked = np.where(problem.has_goal[:, None], problem.goal, problem.requested)
-    return dataclasses.replace(problem, goal=asked, dropped={**problem.dropped, **dropped})
+    return problem.giving_up(dropped)
 
 
 def _roomier(problem: Problem, room: np.ndarray, speed: float) -> Problem:

@@ -4,7 +4,6 @@ Of two whose goals are near each other one ends first, and stands while the tail
 come at the same time. Where arms would touch in all three cases, one of the goals cannot be kept.
 """
 
-import dataclasses
 import os
 from typing import Any
 
@@ -76,8 +75,7 @@ def with_goals(
         raise ProblemError(f"goal: positioner '{plane.ids[i]}': {first.cause}", tuple(sorted(dropped)))
     if not dropped and np.array_equal(goal, problem.goal, equal_nan=True):
         return problem
-    asked = np.where(np.isnan(goal), problem.requested, goal)
-    return dataclasses.replace(problem, goal=asked, dropped={**problem.dropped, **dropped})
+    return problem.giving_up(dropped, goal)
 
 
 def _blocked(problem: Problem, ends: np.ndarray, tailed: np.ndarray) -> list[tuple[int, int]]:
