@@ -30,8 +30,7 @@ def settled_goals(problem: "Problem") -> tuple[np.ndarray, dict[int, Dropped]]:
     """
     plane = problem.plane
     goal, drop = problem.goal.copy(), problem.conflicts == "drop"
-    assert problem.priority is not None  # set on construction, as `wished` is
-    assert problem.wished is not None
+    assert problem.wished is not None  # set on construction
     half = np.flatnonzero(np.isnan(goal).any(axis=1) != np.isnan(goal).all(axis=1))
     if len(half):
         raise ProblemError(f"goal: {named(plane, half[0])} has only one of two angles", (int(half[0]),))
@@ -56,10 +55,7 @@ def settled_goals(problem: "Problem") -> tuple[np.ndarray, dict[int, Dropped]]:
         can_yield[: plane.n] &= problem.wished
         stuck = [touch for touch in near if not can_yield[list(touch[:2])].any()]
         refuse_touching(plane, problem.margin, "goal", stuck)
-    weight = problem.priority
-    if problem.wished.any():  # even a target without weight goes before a wish
-        weight = np.where(problem.wished, 0.0, np.maximum(weight, np.finfo(float).tiny))
-    for i, blockers in least_loss([(a, b) for a, b, _ in near], can_yield, weight).items():
+    for i, blockers in least_loss([(a, b) for a, b, _ in near], can_yield, problem.weight).items():
         texts = [touch_text(plane, problem.margin, touch) for touch in near if i in touch[:2]]
         touched = tuple(plane.public(b) for b in blockers)
         dropped[i] = Dropped("its goal touches something at rest: " + "; ".join(texts), touched)

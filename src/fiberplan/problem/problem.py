@@ -301,6 +301,15 @@ class Problem(Frozen):
         """(n,) whether a positioner has a goal that is kept."""
         return ~np.isnan(self.goal[:, 0])
 
+    @property
+    def weight(self) -> np.ndarray:
+        """(n,) what the loss of each goal costs: even a target without priority is worth more than a wish."""
+        assert self.priority is not None  # set on construction, as `wished` is
+        assert self.wished is not None
+        if not self.wished.any():
+            return self.priority
+        return np.where(self.wished, 0.0, np.maximum(self.priority, np.finfo(float).tiny))
+
     def giving_up(self, dropped: Mapping[int, Dropped], goal: np.ndarray | None = None) -> "Problem":
         """The problem with more goals given up, which stay `requested`.
 

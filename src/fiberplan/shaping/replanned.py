@@ -148,17 +148,14 @@ def _badness(made: Made) -> tuple[bool, float, int]:
 
 def _without_those(problem: Problem, made: Made) -> Problem | None:
     """The problem without goals of pairs that come too near; None where there are no such, or none may be given up."""
-    plane, priority = problem.plane, problem.priority
+    plane = problem.plane
     can = np.append(problem.has_goal & plane.online, np.zeros(len(plane.obstacles), bool))
     pairs = [(plane.arm(i), plane.arm(j)) for i, j in made.lacking]
     pairs = [(i, j) for i, j in pairs if can[i] or can[j]]
     if problem.conflicts == "raise" or not pairs:
         return None
-    assert priority is not None  # set on construction, as `wished` is
-    assert problem.wished is not None
-    weight = np.where(problem.wished, 0.0, np.maximum(priority, np.finfo(float).tiny))  # a wish goes before a target
     dropped = {}
-    for i, blockers in least_loss(pairs, can, weight).items():
+    for i, blockers in least_loss(pairs, can, problem.weight).items():
         touched = tuple(plane.public(arm) for arm in blockers)
         beside = " and ".join(map(plane.label, touched))
         dropped[i] = Dropped(f"its motors come too near others on any path that was tried: {beside}", touched)

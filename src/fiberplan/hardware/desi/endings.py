@@ -59,11 +59,10 @@ def with_goals(
             goal[i] = good[0]
         else:
             dropped[i] = Dropped("the tail of its move has no room in its ranges")
-    assert problem.priority is not None  # set on construction
     while True:  # who is given up rests at its start, where it may be in the way of others
         goal[list(dropped)], tailed[list(dropped)] = np.nan, False
         ends = np.where(np.isnan(goal), problem.start, goal)
-        lost = least_loss(_blocked(problem, ends, tailed), np.append(tailed, fixed), problem.priority)
+        lost = least_loss(_blocked(problem, ends, tailed), np.append(tailed, fixed), problem.weight)
         if not lost:
             break
         for i, blockers in lost.items():
