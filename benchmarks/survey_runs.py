@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 from contextlib import nullcontext
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -72,9 +73,9 @@ def sdss_survey(fields: int) -> Case:
 
 
 def contents(folder: Path) -> dict[str, Any]:
-    """All files, and of the ledger what no clock says, in the order of fields."""
+    """A digest of each file, and of the ledger what no clock says, in the order of fields."""
     files: dict[str, Any] = {
-        str(path.relative_to(folder)): path.read_bytes()
+        str(path.relative_to(folder)): sha256(path.read_bytes()).hexdigest()
         for path in sorted(folder.rglob("*"))
         if path.is_file() and path.stem not in ("ledger", "times")
     }

@@ -4,7 +4,7 @@ For four regions of the sky that share no targets, and for one whose fields over
 times say little on a machine that is busy, so what other work it did is told beside them; what CPU seconds would come
 to in the order in which fields wait for each other; and wall-clock times of workers that sleep as long as fields took.
 
-Usage: python benchmarks/survey_workers.py [--fields N] [--rounds N] [--full]
+Usage: python benchmarks/survey_workers.py [--fields N] [--rounds N] [--full] [--regions N ...] [--awake]
 """
 
 import argparse
@@ -24,37 +24,38 @@ from fiberplan.survey.batch.workers import Here
 from survey_runs import Case, contents, cpu_seconds, sayres_survey, small_survey
 
 
-def speed_up(fields: int, rounds: int, full: bool) -> None:
-    """One process and two, in turn, each with kernels that are compiled."""
+def speed_up(fields: int, rounds: int, full: bool, regions_of_the_sky: list[int], awake: bool) -> None:
+    """Two processes and one, in turn, each with kernels that are compiled."""
     made = sayres_survey if full else (lambda fields, regions: small_survey(fields, 4, 8.0, regions))
-    for regions in (4, 1):
+    for regions in regions_of_the_sky:
         case = made(fields, regions)
         robots = case.inputs[0].n
         print(f"speed-up: {fields} fields of {robots} robots, regions that share no targets: {regions}", flush=True)
         ratios, same = [], []
         for _ in range(rounds):
-            wall, cpu, files, seconds = {}, {}, {}, []
-            for many in (1, 2):
+            wall, cpu, files, seconds = {}, {}, {}, {}
+            for many in (2, 1):
                 with tempfile.TemporaryDirectory() as folder:
                     used, busy, begun = cpu_seconds(), _busy(), time.perf_counter()
                     done = fp.survey.run(*case.inputs, folder, at_once=many, **case.settings)
                     wall[many] = time.perf_counter() - begun
                     cpu[many], busy = cpu_seconds() - used, _busy() - busy
                     files[many] = contents(Path(folder))
-                seconds = [record.times[0] for record in done.records]
+                seconds[many] = [record.times[0] for record in done.records]
                 print(
                     f"          {many} at once: {wall[many]:6.1f} s wall, {cpu[many]:6.1f} s CPU, of which fields "
-                    f"{sum(seconds):.1f}; other work kept {max(0.0, busy - cpu[many]) / wall[many]:.2f} of "
+                    f"{sum(seconds[many]):.1f}; other work kept {max(0.0, busy - cpu[many]) / wall[many]:.2f} of "
                     f"{os.cpu_count()} cores busy",
                     flush=True,
                 )
             ratios.append(round(wall[1] / wall[2], 2))
             same.append(files[1] == files[2])
-        each = (cpu[2] - sum(seconds)) / fields  # CPU of starts, ledger and driver, as if it were the fields'
-        free = cpu[1] / _scheduled(case, [one + each for one in seconds], 2)
+        each = (cpu[2] - sum(seconds[2])) / fields  # CPU of starts, ledger and driver, as if it were the fields'
+        free = cpu[1] / _scheduled(case, [one + each for one in seconds[2]], 2)
         print(f"          ratio of wall {ratios}; of CPU seconds, in the order in which fields wait, {free:.2f}")
         print(f"          {'same bytes' if all(same) else 'FILES DIFFER'}, recorded times aside", flush=True)
-        asleep(case)
+        if not awake:
+            asleep(case)
 
 
 class Recorded(Here):
@@ -130,8 +131,10 @@ def main() -> None:
     parser.add_argument("--fields", type=int, default=40)
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--full", action="store_true", help="547 robots, not 61")
+    parser.add_argument("--regions", type=int, nargs="+", default=[4, 1], help="of the sky that share no targets")
+    parser.add_argument("--awake", action="store_true", help="without workers that sleep")
     options = parser.parse_args()
-    speed_up(options.fields, options.rounds, options.full)
+    speed_up(options.fields, options.rounds, options.full, options.regions, options.awake)
 
 
 if __name__ == "__main__":
