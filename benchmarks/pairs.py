@@ -44,16 +44,23 @@ def cases() -> dict[str, Callable[[], Callable[[], Any]]]:
     def planned(planner: Any, asked: fp.Problem) -> Callable[[], Any]:
         return lambda: planner.plan(asked)
 
-    def proof() -> Callable[[], Any]:
-        asked = sayres()
+    def proof(asked: fp.Problem) -> Callable[[], Any]:
         motion = fp.planners.GreedyFold(step=np.radians(1.0)).plan(asked).trajectory
         return lambda: fp.verify(asked.plane, motion, asked.margin)
 
+    def outlined(name: str, margin: float) -> fp.Problem:
+        """The first 500 of an array whose bodies are outlines."""
+        return problem(fp.FocalPlane.load(name).subset(np.arange(500)), margin)
+
     desi = {"lengths": (3.0, 3.0), "radius": 0.9, "max_speed": np.radians([180.0, 120.0])}
     return {
-        "verify": proof,
+        "verify": lambda: proof(sayres()),
+        "verify desi": lambda: proof(outlined("desi", 0.1)),
+        "verify moons": lambda: proof(outlined("moons", 0.1)),
         "greedy-fold": lambda: planned(fp.planners.GreedyFold(step=np.radians(1.0)), sayres()),
         "direct": lambda: planned(fp.planners.Direct(), problem(fp.FocalPlane.hexagonal(6, 22.4), 1.0)),
+        "direct desi": lambda: planned(fp.planners.Direct(), outlined("desi", 0.1)),
+        "direct moons": lambda: planned(fp.planners.Direct(), outlined("moons", 0.1)),
         "navigation-function": lambda: planned(
             fp.planners.NavigationFunction(), problem(fp.FocalPlane.hexagonal(8, 10.0, **desi), 0.2)
         ),

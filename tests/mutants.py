@@ -36,6 +36,7 @@ TESTS = {  # the nearest first: most mutants die there
     "segments": "segment_oracles clearance_oracles",
     "arms": "arm_oracles clearance_oracles motion_oracles four_bar_oracles",
     "clearance": "clearance_oracles",
+    "convex": "clearance_oracles",
     "depth": "depth_oracles",
     "slopes": "depth_oracles",
     "four_bar": "four_bar_oracles",

@@ -10,16 +10,15 @@ import shapely.affinity
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.clearance import (
-    _boundaries,
-    _contains,
-    _far_apart,
     clearance,
     clearance_within,
     clearances,
+    far_apart,
     frames_clearance,
     meet,
     piece_to_piece,
 )
+from fiberplan.kernels.convex import convex_distance
 from references import four_bar_plane, geometry, make_plane, placed, sampled_clearance
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -66,27 +65,59 @@ def test_pieces_of_any_number_of_vertices():
         back, _, _ = piece_to_piece(arms, frame_j, r, frame_i, p)
         assert np.sqrt(back) == pytest.approx(expected, abs=1e-12)
         apart.append(expected > 0)
-        d2, wx, wy = _boundaries(arms, frame_i, p, frame_j, r)
-        rims = [shape.exterior if shape.geom_type == "Polygon" else shape for shape in (a, b)]
-        assert np.sqrt(d2) == pytest.approx(shapely.distance(*rims), abs=1e-12)
-        assert np.hypot(wx, wy) == pytest.approx(np.sqrt(d2), abs=1e-12)
     assert 0.2 < np.mean(apart) < 0.8
 
 
-def test_points_within_outlines():
-    rng = np.random.default_rng(1)
-    for outline in SHAPES[2:]:
-        plane = make_plane([1, 2], [Body(outline, 0.0, closed=True)], length=0.0)
-        shape = shapely.Polygon(placed(plane, 0, plane.bodies[0], np.array([[0.4, 0.3]]))[0])
-        inside = []
-        for x, y in rng.uniform(-3, 3, (80, 2)) + [1, 2]:
-            inside.append(_contains(plane.arms, frame(plane.arms, 0, 0.4, 0.3), 2, 0, len(outline), x, y))
-            assert inside[-1] == shape.contains(shapely.Point(x, y))
-        assert 0.0 < np.mean(inside) < 1.0
-    square = make_plane([0, 0], [Body(SQUARE, 0.0, closed=True)], length=0.0).arms
-    assert _contains(square, frame(square, 0, 0.0, 0.0), 2, 0, 4, 1.0, 0.5)  # on an edge
-    assert not _contains(square, frame(square, 0, 0.0, 0.0), 2, 0, 4, 1.0 + 1e-12, 0.5)
-    assert not _contains(square, frame(square, 0, 0.0, 0.0), 2, 0, 4, 1.0, 1.5)  # beyond a corner, in line with an edge
+def outline(rng, count):
+    """Points on an ellipse, round about: convex, thin or wide, edges long and short."""
+    at = np.sort(rng.uniform(0, 2 * np.pi, count))
+    return np.stack([3 * np.cos(at), rng.uniform(0.05, 3) * np.sin(at)], axis=1)
+
+
+def distances(first, second, at):
+    """What the kernel has between two outlines, the second moved by `at` [mm]: distance and vector."""
+    plane = two_of(first, second).replace(base=np.array([[0.0, 0.0], at]))
+    p, r = 0, int(plane.arms.arm["first_piece"][1]) + 1
+    d2, wx, wy = convex_distance(plane.arms, frame(plane.arms, 0, 0.0, 0.0), p, frame(plane.arms, 1, 0.0, 0.0), r)
+    return np.sqrt(d2), np.array([wx, wy])
+
+
+def test_outlines_of_many_corners_near_and_far():
+    rng, known = np.random.default_rng(2), []
+    for k in range(200):
+        first, second = outline(rng, rng.integers(3, 30)), outline(rng, rng.integers(3, 30))
+        at = rng.normal(0, 1, 2) * [0.5, 3.0, 8.0, 300.0][k % 4]
+        a, b = shapely.Polygon(first), shapely.Polygon(second + at)
+        if k % 5 == 0:  # led to within 1e-6 mm of each other, or of touching
+            ends = shapely.shortest_line(a, b)
+            at = at - (1 - 1e-6) * np.subtract(*np.array(ends.coords)[::-1]) if ends.length else at
+            b = shapely.Polygon(second + at)
+        found, vector = distances(first, second, at)
+        assert found == pytest.approx(shapely.distance(a, b), abs=1e-12)
+        assert np.hypot(*vector) == pytest.approx(found, abs=1e-12)
+        assert shapely.distance(shapely.affinity.translate(a, *vector), b) < 1e-12
+        known.append(shapely.distance(a, b))
+    assert min(k for k in known if k) < 1e-3
+    assert max(known) > 100
+    assert known.count(0.0) > 20
+
+
+def test_outlines_that_just_touch_or_lie_in_line():
+    for at, expected in (
+        ([2.0, 0.0], 0.0),  # edge on edge
+        ([2.0, 2.0], 0.0),  # corner on corner
+        ([2.0 + 1e-9, 2.0], 1e-9),
+        ([0.0, 0.0], 0.0),  # one in place of the other
+        ([0.1, 0.0], 0.0),  # in line
+        ([7.0, 0.0], 5.0),
+        ([2.0 - 1e-9, 0.5], 0.0),
+    ):
+        assert distances(SQUARE, SQUARE, np.array(at))[0] == pytest.approx(expected, abs=1e-15)
+    for point in ([1.0, 0.5], [0.0, 0.0], [1.0, 1.0], [-0.999, 0.999]):  # on an edge, within, a corner
+        assert distances(np.array([[0.0, 0.0]]), SQUARE, -np.array(point))[0] == 0.0
+    flat = np.array([[-3.0, 0.0], [0.0, -1e-9], [3.0, 0.0]])  # as good as on a line
+    for at, expected in (([8.0, 0.0], 2.0), ([0.0, 2.0], 2.0), ([5.0, 3.0], 3.0), ([0.5, 0.0], 0.0)):
+        assert distances(flat, flat, np.array(at))[0] == pytest.approx(expected, abs=2e-9)
 
 
 def test_unknown_frames_are_not_numbers():
@@ -129,7 +160,7 @@ def test_far_apart_is_by_circles_and_of_outlines_only():
         outlines = a.geom_type == "Polygon" or b.geom_type == "Polygon"
         for gap in (room - 1e-6, room + 1e-6, -1.0, -reach - radii - 9.0, np.inf):
             far = gap + reach + radii
-            found = _far_apart(arms, frame_i, p, frame_j, r, gap)
+            found = far_apart(arms, frame_i, p, frame_j, r, gap)
             assert found == (outlines and 0.0 < far < np.inf and gap < room)
             answers.append(found)
             if found:

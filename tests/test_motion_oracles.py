@@ -97,6 +97,32 @@ def test_second_order_bound_is_sound_and_as_sharp_as_derived():
     assert {0, 1, 3} <= set(kinds)
 
 
+def test_outlines_that_are_far_now_and_nearest_soon():
+    """The tips turn fast, the hubs hardly move; which outlines are looked at must not depend on now alone."""
+    rng, others = np.random.default_rng(4), 0
+    hub = Body(np.array([[-2.0, -2.0], [3.0, 0.0], [-1.0, 2.0]]), 0.2, "alpha", closed=True)
+    tip = Body(np.array([[20.0, 0.0], [24.0, 1.0], [23.0, -1.0]]), 0.3, "beta", closed=True)
+    plane = make_plane([[0, 0], [20, 0]], [hub, tip], length=2.0)
+    for _ in range(150):
+        q, v, h = rng.uniform(-4, 4, (2, 2)), rng.uniform(-3, 3, (2, 2)), rng.choice([0.05, 0.2, 0.5])
+        frames = [frame(plane.arms, k, *q[k]) for k in (0, 1)]
+        now, bound = constant_speed_bound(plane.arms, 0, frames[0], *v[0], 1, frames[1], *v[1], h)
+        moments = np.linspace(-h, h, 41)[:, None]
+        angles = [q[k] + moments * v[k] for k in (0, 1)]
+        seen = sampled_clearance(plane, 0, 1, *angles)
+        assert now == pytest.approx(seen[20], abs=1e-9)
+        assert bound <= seen.min() + 1e-12
+        pairs = [
+            shapely.distance(*(geometry(placed(plane, k, body, angles[k]), True) for k, body in enumerate(two))).round(
+                6
+            )
+            for two in itertools.product((hub, tip), repeat=2)
+        ]
+        nearest = np.argmin(pairs, axis=0)
+        others += bool(nearest[20] != nearest[int(np.argmin(seen))])
+    assert others > 10
+
+
 def test_bound_of_unknown_or_touching_or_unmet():
     plane = make_plane([[0, 0], [25, 0]], [CAPSULE], [Obstacle("post", [[0.0, 40.0]], 0.5)], length=0.0)
     known, unknown = frame(plane.arms, 0, 0.0, 0.0), frame(plane.arms, 1, np.nan, 0.0)

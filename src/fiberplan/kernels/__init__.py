@@ -5,6 +5,7 @@
 - `arms`: what kernels know of a focal plane, link frames, and bounds on how far a body point moves
 - `four_bar`: the third link of a four-bar arm, and its zone of avoidance
 - `segments`: distances between points and segments
+- `convex`: how far two convex pieces are apart, and along which axis
 - `clearance`: clearance of two arms, bodies and all
 - `depth`: clearance with a sign: how far arms that overlap would have to be moved apart
 - `slopes`: how signed clearances change as joints turn

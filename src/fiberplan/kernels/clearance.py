@@ -8,40 +8,8 @@ import numpy as np
 
 from fiberplan.kernels.arms import frame, point, vertex
 from fiberplan.kernels.compile import inlined, kernel, leaf
+from fiberplan.kernels.convex import convex_distance
 from fiberplan.kernels.segments import segment_to_segment
-
-
-@leaf
-def _contains(arms, frame_, link, first, count, px, py):
-    """Whether a convex outline contains a point: the point lies on one side of every edge."""
-    left = right = False
-    ax, ay = vertex(arms, frame_, link, first + count - 1)
-    for k in range(count):
-        bx, by = vertex(arms, frame_, link, first + k)
-        side = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
-        left = left or side > 0.0
-        right = right or side < 0.0
-        ax, ay = bx, by
-    return not (left and right)
-
-
-@leaf
-def _boundaries(arms, frame_i, p, frame_j, q):
-    """Squared distance of the outlines of two pieces of any number of vertices, and the vector between them."""
-    piece_p, piece_q = arms.piece[p], arms.piece[q]
-    best, wx, wy = np.inf, 0.0, 0.0
-    ax, ay = vertex(arms, frame_i, piece_p.link, piece_p.last - 1)
-    for k in range(piece_p.first, piece_p.last):
-        bx, by = vertex(arms, frame_i, piece_p.link, k)
-        cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.last - 1)
-        for m in range(piece_q.first, piece_q.last):
-            dx, dy = vertex(arms, frame_j, piece_q.link, m)
-            d2, vx, vy = segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy)
-            if not (d2 >= best):
-                best, wx, wy = d2, vx, vy
-            cx, cy = dx, dy
-        ax, ay = bx, by
-    return best, wx, wy
 
 
 @inlined
@@ -56,16 +24,8 @@ def piece_to_piece(arms, frame_i, p, frame_j, q):
         dx, dy = vertex(arms, frame_j, piece_q.link, piece_q.last - 1)
         return segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy)
     if np.isnan(frame_i[2] + frame_i[6] + frame_j[2] + frame_j[6]):
-        return np.nan, 0.0, 0.0  # an angle is not a number, and nothing can be said of sides
-    if count_p > 2:
-        cx, cy = vertex(arms, frame_j, piece_q.link, piece_q.first)
-        if _contains(arms, frame_i, piece_p.link, piece_p.first, count_p, cx, cy):
-            return 0.0, 0.0, 0.0
-    if count_q > 2:
-        ax, ay = vertex(arms, frame_i, piece_p.link, piece_p.first)
-        if _contains(arms, frame_j, piece_q.link, piece_q.first, count_q, ax, ay):
-            return 0.0, 0.0, 0.0
-    return _boundaries(arms, frame_i, p, frame_j, q)
+        return np.nan, 0.0, 0.0  # an angle is not a number
+    return convex_distance(arms, frame_i, p, frame_j, q)
 
 
 @inlined
@@ -76,7 +36,7 @@ def meet(arms, p, q):
 
 
 @inlined
-def _far_apart(arms, frame_i, p, frame_j, q, gap):
+def far_apart(arms, frame_i, p, frame_j, q, gap):
     """Whether circles about two pieces are at least `gap` [mm] apart; asked of outlines, whose distance costs more."""
     a, b = arms.piece[p], arms.piece[q]
     if a.last - a.first <= 2 and b.last - b.first <= 2:
@@ -96,7 +56,7 @@ def clearance_within(arms, i, frame_i, j, frame_j, floor, cap):
     smallest = cap
     for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
-            if meet(arms, p, q) and not _far_apart(arms, frame_i, p, frame_j, q, smallest):
+            if meet(arms, p, q) and not far_apart(arms, frame_i, p, frame_j, q, smallest):
                 d2, _, _ = piece_to_piece(arms, frame_i, p, frame_j, q)
                 gap = np.sqrt(d2) - arms.piece[p].radius - arms.piece[q].radius
                 if np.isnan(gap):

@@ -8,7 +8,7 @@ separation along the normals of their edges (separating axis theorem), less than
 import numpy as np
 
 from fiberplan.kernels.arms import frame, vertex
-from fiberplan.kernels.clearance import meet, piece_to_piece
+from fiberplan.kernels.clearance import far_apart, meet, piece_to_piece
 from fiberplan.kernels.compile import kernel, leaf
 
 
@@ -68,7 +68,7 @@ def signed_clearance(arms, i, alpha_i, beta_i, j, alpha_j, beta_j):
     smallest = np.inf
     for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
-            if meet(arms, p, q):
+            if meet(arms, p, q) and not far_apart(arms, frame_i, p, frame_j, q, smallest):
                 gap, _, _ = signed_gap(arms, frame_i, p, frame_j, q)
                 gap -= arms.piece[p].radius + arms.piece[q].radius
                 if np.isnan(gap):

@@ -7,8 +7,8 @@ another may close faster. The axis only decides how sharp the bound is, never wh
 
 import numpy as np
 
-from fiberplan.kernels.arms import vertex
-from fiberplan.kernels.clearance import meet, piece_to_piece
+from fiberplan.kernels.arms import motion, vertex
+from fiberplan.kernels.clearance import far_apart, meet, piece_to_piece
 from fiberplan.kernels.compile import inlined
 from fiberplan.kernels.four_bar import largest_acceleration, rates
 from fiberplan.tolerances import ROUNDING
@@ -60,6 +60,10 @@ def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
             if not meet(arms, p, q):
                 continue
+            if now < np.inf:  # two farther apart than that add nothing to the look, nor to the bound
+                travel = motion(arms, i, va_i * h, vb_i * h) + motion(arms, j, va_j * h, vb_j * h)
+                if far_apart(arms, frame_i, p, frame_j, q, max(now, bound + travel)):
+                    continue
             d2, wx, wy = piece_to_piece(arms, frame_i, p, frame_j, q)
             radii = arms.piece[p].radius + arms.piece[q].radius
             distance = np.sqrt(d2)
