@@ -55,12 +55,8 @@ def cases() -> dict[str, Callable[[], Callable[[], Any]]]:
     desi = {"lengths": (3.0, 3.0), "radius": 0.9, "max_speed": np.radians([180.0, 120.0])}
     return {
         "verify": lambda: proof(sayres()),
-        "verify desi": lambda: proof(outlined("desi", 0.1)),
-        "verify moons": lambda: proof(outlined("moons", 0.1)),
         "greedy-fold": lambda: planned(fp.planners.GreedyFold(step=np.radians(1.0)), sayres()),
         "direct": lambda: planned(fp.planners.Direct(), problem(fp.FocalPlane.hexagonal(6, 22.4), 1.0)),
-        "direct desi": lambda: planned(fp.planners.Direct(), outlined("desi", 0.1)),
-        "direct moons": lambda: planned(fp.planners.Direct(), outlined("moons", 0.1)),
         "navigation-function": lambda: planned(
             fp.planners.NavigationFunction(), problem(fp.FocalPlane.hexagonal(8, 10.0, **desi), 0.2)
         ),
@@ -70,6 +66,10 @@ def cases() -> dict[str, Callable[[], Callable[[], Any]]]:
         "prioritized-roadmap": lambda: planned(
             fp.planners.PrioritizedRoadmap(early_abort=True), problem(fp.FocalPlane.load("miradas"), 0.5)
         ),
+        "verify desi": lambda: proof(outlined("desi", 0.1)),
+        "verify moons": lambda: proof(outlined("moons", 0.1)),
+        "direct desi": lambda: planned(fp.planners.Direct(), outlined("desi", 0.1)),
+        "direct moons": lambda: planned(fp.planners.Direct(), outlined("moons", 0.1)),
     }
 
 

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.small
 
 
 def test_every_planner_has_a_case():
-    assert {*pairs.cases()} == {"verify", *fp.planners.PLANNERS}
+    assert {name.split()[0] for name in pairs.cases()} == {"verify", *fp.planners.PLANNERS}
 
 
 class Slow:
