@@ -4,12 +4,12 @@ Motors count steps from where they stand, so a unit ends where it stood plus its
 do; of a file that has `configPaths` alone steps are the differences of its rounded places, as the driver makes them.
 """
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic_core import from_json
 
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
@@ -92,7 +92,7 @@ def _assumed(path: Path, plane: FocalPlane, moved: np.ndarray, guessed: np.ndarr
 
 def _document(path: Path, content: bytes) -> dict[str, Any]:
     try:
-        held = json.loads(content)
+        held = from_json(content)
     except ValueError as problem:
         raise TrajectoryError(f"{path}: is no JSON ({one_line(problem)})") from None
     if not isinstance(held, dict) or not {"configPaths", "configMotion"} & set(held):

@@ -4,12 +4,12 @@ Steps are differences of places, rounded to whole steps from where the unit stan
 are those of the driver's default set, number 5; a motion that breaks one is refused by unit, motor and moment.
 """
 
-import json
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from pydantic_core import to_json
 
 from fiberplan.errors import PlanError
 from fiberplan.plan import Plan
@@ -54,36 +54,48 @@ def waveforms(plan: Plan) -> list[Waveform]:
     degrees = np.degrees(motion.sampled(times))
     places = np.rint((degrees[:, :1] - ORIGIN) * STEPS) + np.rint((degrees - degrees[:, :1]) * STEPS)
     places = places.astype(np.int64)
-    made = []
-    for i in np.flatnonzero(plane.online).tolist():
-        wave = Waveform(plane.ids[i], places[i])
-        if wave.steps.any():
-            for complaint in _refused(wave):
-                raise PlanError(f"positioner '{plane.ids[i]}': {complaint}")
-            made.append(wave)
-    return made
+    turning = np.flatnonzero(plane.online & (places != places[:, :1]).any(axis=(1, 2)))
+    wrong = _off_limits(places) | _broken(places)
+    for i in turning[wrong[turning].any(axis=(1, 2))].tolist():
+        for complaint in _refused(places[i]):
+            raise PlanError(f"positioner '{plane.ids[i]}': {complaint}")
+    return [Waveform(plane.ids[i], places[i]) for i in turning.tolist()]
 
 
-def _refused(wave: Waveform) -> Iterator[str]:
-    """What of a waveform the driver refuses."""
-    for motor, name in enumerate(("alpha", "beta")):
-        degrees = wave.places[:, motor] / STEPS[motor] + ORIGIN[motor]
-        low, high = RANGES[motor]
-        for k in np.flatnonzero((degrees < low) | (degrees > high)).tolist():
-            yield f"{name} is {degrees[k]:.6g} deg at {k * SEGMENT:.3f} s, the driver takes {low:g} to {high:g} deg"
-        steps = np.append(wave.steps[:, motor], 0)
-        before = np.append(0, steps[:-1])
-        for k in np.flatnonzero(_broken(before, steps)).tolist():
-            fault = _rule(int(before[k]), int(steps[k]))
-            yield f"{name} makes {steps[k]} steps from {k * SEGMENT:.3f} s, {fault}"
+def _off_limits(places: np.ndarray) -> np.ndarray:
+    """(..., segments + 1, 2) which places (..., segments + 1, 2) are out of the driver's ranges."""
+    degrees, (low, high) = places / STEPS + ORIGIN, np.array(RANGES).T
+    return np.asarray((degrees < low) | (degrees > high))
 
 
-def _broken(before: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """(segments,) whether the steps of a segment break a rule, after those of the segment before."""
+def _steps_around(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(..., segments + 1, 2) steps in the segment before each place, and in that after it; none beyond the ends."""
+    steps = np.diff(places, axis=-2)
+    none = np.zeros_like(places[..., :1, :])
+    return np.concatenate([none, steps], axis=-2), np.concatenate([steps, none], axis=-2)
+
+
+def _broken(places: np.ndarray) -> np.ndarray:
+    """(..., segments + 1, 2) whether the steps from a place on break a rule, after those that led there."""
+    before, steps = _steps_around(places)
     many, goes_on = np.abs(steps), before * steps > 0
     pace = (many > MOST) | ((many > 0) & (many < LEAST))
     change = np.where(goes_on, np.abs(steps - before) > CHANGE, np.maximum(np.abs(before), many) > FIRST)
     return np.asarray(pace | change)
+
+
+def _refused(places: np.ndarray) -> Iterator[str]:
+    """What of the places of one unit (segments + 1, 2) the driver refuses."""
+    before, steps = _steps_around(places)
+    beyond, broken = _off_limits(places), _broken(places)
+    for motor, name in enumerate(("alpha", "beta")):
+        low, high = RANGES[motor]
+        for k in np.flatnonzero(beyond[:, motor]).tolist():
+            degrees = places[k, motor] / STEPS[motor] + ORIGIN[motor]
+            yield f"{name} is {degrees:.6g} deg at {k * SEGMENT:.3f} s, the driver takes {low:g} to {high:g} deg"
+        for k in np.flatnonzero(broken[:, motor]).tolist():
+            fault = _rule(int(before[k, motor]), int(steps[k, motor]))
+            yield f"{name} makes {steps[k, motor]} steps from {k * SEGMENT:.3f} s, {fault}"
 
 
 def _rule(before: int, steps: int) -> str:
@@ -99,6 +111,9 @@ def _rule(before: int, steps: int) -> str:
 
 def as_json(made: list[Waveform]) -> bytes:
     """Both forms in one file: paths in rad at the ends of segments, and steps."""
-    paths = {w.unit: np.radians(w.places / STEPS + ORIGIN).T.tolist() for w in made}
-    steps = {w.unit: w.steps.tolist() for w in made}
-    return json.dumps({"configPaths": paths, "configMotion": steps}).encode()
+    places = np.array([wave.places for wave in made])
+    paths = np.radians(places / STEPS + ORIGIN).swapaxes(1, 2).tolist()
+    steps = np.diff(places, axis=1).tolist()
+    forms = {"configPaths": paths, "configMotion": steps}
+    units = [wave.unit for wave in made]
+    return to_json({name: dict(zip(units, numbers, strict=True)) for name, numbers in forms.items()})
