@@ -1,6 +1,7 @@
 """Proofs, of safety and of there being no path, that know nothing of planners, plans or problems.
 
 - `safety`: `verify`, what it found (`Certificate`, `Contact`, `ZoneEntry`), and which pairs it has to look into
+- `known`: what the proof of another motion says of this one, pair by pair
 - `violations`: what motors cannot do: ranges, speeds, accelerations
 - `bisection`: lower bounds of a pair's clearance over time, bisected until they are sharp
 - `clocks`: the same where clocks are off, over all pairs of moments

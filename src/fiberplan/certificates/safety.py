@@ -13,6 +13,7 @@ import numpy as np
 from fiberplan.arrays import LARGEST, Frozen, number, read_only
 from fiberplan.certificates.bisection import judge
 from fiberplan.certificates.clocks import judge_clocks
+from fiberplan.certificates.known import taken_over
 from fiberplan.certificates.opening import Opening, judge_opening
 from fiberplan.certificates.path import Motion, as_motion, rounding, zone_entries
 from fiberplan.certificates.reactions import EVERYONE
@@ -129,6 +130,7 @@ def verify(
     jitter: float = 0.0,
     position_error: float | np.ndarray = 0.0,
     opening: bool = False,
+    known: Certificate | None = None,
 ) -> Certificate:
     """Prove that a motion keeps its distance, ranges and motors' limits and avoids what it must, or say where not.
 
@@ -141,6 +143,8 @@ def verify(
         position_error: each arm may be off by this, shared or (n,) [mm].
         opening: pairs that begin nearer than the margin, and joints that begin a little out of range, are no failure if
             they are proven only to come apart, or back.
+        known: a proof of another motion of the same array, asked for with the same values: pairs that kept the margin,
+            and whose arms move alike in both, are not looked at again.
 
     Raises:
         TrajectoryError: another number of positioners than the focal plane has, or a negative or non-finite margin,
@@ -170,16 +174,18 @@ def verify(
     errors = read_only(errors + rounding(plane.arms, path.offsets, path.knots))
     widest = margin + 2.0 * min(float(errors.max(initial=0.0)) + drift, EVERYONE)
     pairs = plane.arm_pairs_within(widest + 1e-6)
-    low, seen, when = judge(plane.arms, path, pairs, errors, margin, jitter, TOLERANCE, margin + CAP).T
+    subject = Subject(judged, trajectory, read_only(error))
+    low = np.full(len(pairs), np.nan) if known is None else taken_over(known, subject, pairs, margin, jitter)
+    seen, when, new = low.copy(), np.full(len(pairs), np.nan), np.isnan(low)
+    asked = read_only(pairs[new], np.int64)
+    low[new], seen[new], when[new] = judge(plane.arms, path, asked, errors, margin, jitter, TOLERANCE, margin + CAP).T
     if jitter and not (low >= margin).all():
         near = np.flatnonzero(~(low >= margin))
         some = read_only(pairs[near], np.int64)
-        low, seen = low.copy(), seen.copy()
         low[near], seen[near] = judge_clocks(plane.arms, path, some, errors, margin, jitter, TOLERANCE, margin).T
 
     moves = np.concatenate([online, np.zeros(len(plane.obstacles), bool)])
     opened = _opened(plane, path, pairs, errors, low, moves, margin, jitter) if opening else {}
-    low = low.copy()
     for row, pair in opened.items():
         low[row] = pair.clearance - OPENING
     contacts: list[Contact] = []
@@ -211,7 +217,7 @@ def verify(
         opening=tuple(sorted(opened.values(), key=lambda o: (o.time, o.pair))),
         assumptions=(*_assumptions(plane), *executed.assumptions),
         geometry=geometry_of(plane),
-        subject=Subject(judged, trajectory, read_only(error)),
+        subject=subject,
     )
 
 

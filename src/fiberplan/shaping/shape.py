@@ -83,14 +83,14 @@ def shape(
     left_out = np.minimum(RAMP, allowance / motion_bounds(plane, np.ones((plane.n, 2))))
     whole = None if segment is None and step is None else _whole(plane, segment, step)
     ramps = ramped(trajectory, plane, left_out)
-    level = np.zeros(plane.n, np.int64)
+    level, certificate = np.zeros(plane.n, np.int64), None
     while True:
         steps = None
         if whole is None:
             made = no_slower(ramps.trajectory, plane, _FOLLOW[level])
         else:
             made, steps = in_whole_steps(ramps.trajectory, plane, *whole, _FOLLOW[level])
-        certificate = verify(plane, made, margin, jitter, position_error, opening)
+        certificate = verify(plane, made, margin, jitter, position_error, opening, known=certificate)
         shaped = Shaped(made, certificate, read_only(ramps.error), made.duration - trajectory.duration, steps)
         near = np.unique([arm for pair in shaped.lacking for arm in pair if arm >= 0]).astype(np.int64)
         near = near[level[near] < len(_FOLLOW) - 1]
