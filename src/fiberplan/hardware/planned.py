@@ -59,7 +59,8 @@ def plan_for(controller: str, planner: Planner, problem: Problem, rounds: int = 
                 lacking[each.pair] = max(lacking.get(each.pair, 0.0), proof.margin - each.clearance)
         return Made(kept, lacking)
 
-    return replanned(planner, problem, made, rounds)
+    unit = getattr(writes, "SEGMENT", None)
+    return replanned(planner, problem, made, rounds, *([] if unit is None else [unit]))
 
 
 def executed(controller: str, plan: Plan, **options: Any) -> Certificate:

@@ -2,6 +2,7 @@
 
 - `shape`: a motion within the motors' accelerations and least speeds, proven anew
 - `replanned`: `plan_for_motors`, which mends a plan, or asks for another, where what motors make of it comes too near
+- `waiting`: which of two that motors bring too near each other waits, and how long
 - `ramps`: corners rounded by ramps of bounded acceleration
 - `bursts`: turns that are too slow for a motor made of turns and rests
 - `whole_steps`: a motion in segments and whole steps; `following`: those of one joint; `strokes`: what one turn can be

@@ -2,16 +2,17 @@
 
 Planners keep little more than the margin and turn sharp corners, and what motors make of a path is not the same path.
 Those that came too near are led past each other anew, farther apart by what was missing, while all others keep their
-paths (`fiberplan.planners.amending.mending`). Where that ends in nothing, the planner is asked again, with arms that
-are thicker than they are: those of pairs that came too near by what was missing, and all others by a little more in
-each round, for in a new plan other pairs graze. No arm gets more room than its start and goal leave. In late rounds
-joints get a little slower, too: corners of slower motions are softer. Where the same pairs come too near all the same,
-one of each gives up its goal, where that is allowed, and all is planned without.
+paths (`fiberplan.planners.amending.mending`), or one of them waits on the path that it has (`waiting`). Where that
+ends in nothing, the planner is asked again, with arms that are thicker than they are: those of pairs that came too
+near by what was missing, and all others by a little more in each round, for in a new plan other pairs graze. No arm
+gets more room than its start and goal leave. In late rounds joints get a little slower, too: corners of slower motions
+are softer. Where the same pairs come too near all the same, one of each gives up its goal, where that is allowed, and
+all is planned without.
 """
 
 import dataclasses
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from fiberplan.planners.amending import mended
 from fiberplan.problem import Dropped, Problem
 from fiberplan.problem.least_cover import least_loss
 from fiberplan.shaping.shape import shape
+from fiberplan.shaping.waiting import beginning_later, waits
 from fiberplan.tolerances import SCENE
 
 ROUNDS = 8  #: times that a planner is asked
@@ -33,6 +35,10 @@ _MORE = 0.02  # [mm] each round, for a pair that came too near beyond what was m
 _ALL = 0.01  # [mm] for every arm in the second round, twice as much in each after it
 _SLOWER = 0.01  # of a joint's speed, in each round ...
 _PATIENT = 3  # ... after so many
+_UNIT = 0.1  # [s] in which who waits begins later, unless a controller has its own
+_FEW = 12  # pairs, of which one each may wait,
+_WAITS = 4  # times after the planner was asked
+_WAITS_END = 1.05  # times the makespan, by which who waits has to end
 _SAME = 4  # times that the same pairs come too near, before mending gives up; and planning, one time more
 _TRIES = 10  # times that each of the pairs that are left has come too near, before planning gives up
 _GIVEN_UP = 3  # times that goals are given up
@@ -75,7 +81,9 @@ def plan_for_motors(planner: Planner, problem: Problem, rounds: int = ROUNDS, **
     return replanned(planner, problem, shaped, rounds)
 
 
-def replanned(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS) -> Plan:
+def replanned(
+    planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS, unit: float = _UNIT
+) -> Plan:
     """The planner's plan, mended and planned again until what motors make of it keeps the margin.
 
     Pairs that come too near whatever is tried lose a goal, where conflicts are dropped.
@@ -85,44 +93,46 @@ def replanned(planner: Planner, problem: Problem, make: Callable[[Plan], Made], 
         problem: whose goals to reach, and how far apart to stay.
         make: what motors make of a plan.
         rounds: times that the planner may be asked, for each choice of goals.
+        unit: who waits for another begins later by a whole number of these [s].
 
     Returns:
         the best plan, as `make` made it; its last note says how often it was planned and mended.
     """
-    tried = _tried(planner, problem, make, rounds)
+    best = latest = _tried(planner, problem, make, rounds, unit)
+    asked, led, stubborn = latest.asked, latest.led, set(latest.best.lacking)
     for _ in range(_GIVEN_UP):
-        fewer = _without_those(problem, tried.best)
+        stubborn = stubborn & set(latest.best.lacking) or set(latest.best.lacking)
+        fewer = _without_those(problem, stubborn)
         if fewer is None:
             break
-        again = _tried(planner, fewer, make, rounds)
-        better = _badness(again.best) < _badness(tried.best)
-        tried = _Tried(again.best if better else tried.best, tried.asked + again.asked, tried.led + again.led)
-        if not better:
-            break
-        problem = fewer
-    anew = f", {tried.led} pairs led past each other anew" if tried.led else ""
-    said = f"planned {tried.asked} time{'s' if tried.asked > 1 else ''}{anew}"
-    return dataclasses.replace(tried.best.plan, problem=problem, notes=(*tried.best.plan.notes, said))
+        problem, latest = fewer, _tried(planner, fewer, make, rounds, unit)
+        asked, led, best = asked + latest.asked, led + latest.led, min(best, latest, key=lambda one: _badness(one.best))
+    anew = f", {led} pairs led past each other anew" if led else ""
+    said = f"planned {asked} time{'s' if asked > 1 else ''}{anew}"
+    return dataclasses.replace(best.best.plan, problem=best.problem, notes=(*best.best.plan.notes, said))
 
 
 class _Tried(NamedTuple):
     """What came of one choice of goals."""
 
     best: Made
+    problem: Problem  #: with that choice
     asked: int  #: times that the planner was
     led: int  #: pairs that were led past each other anew
 
 
-def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int) -> _Tried:
+def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int, unit: float) -> _Tried:
     most = _most_room(problem)
     given = np.zeros(problem.n)
     plan = planner.plan(problem)
     made, asked, led, kept = make(plan), 1, 0, plan.kept
-    best, left, same, tries = made, _MENDS, 0, Counter(made.lacking.keys())
+    best, left, waits_left, same, tries = made, _MENDS, _WAITS, 0, Counter(made.lacking.keys())
     while made.lacking or plan.kept < kept:
         missing = _missing(made.lacking, problem.n)
         parted = 0
-        if made.lacking and left and same < _SAME:
+        if 0 < len(made.lacking) <= _FEW and waits_left:
+            (mend, parted), waits_left = _waiting(made, unit), waits_left - 1
+        if not parted and made.lacking and left and same < _SAME:
             given, left, turn = np.minimum(given + missing, most), left - 1, _MENDS - left
             asked_of = dataclasses.replace(plan, problem=problem)
             mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
@@ -134,23 +144,34 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             more = np.maximum(given + missing, _ALL * 2.0**asked)
             given = np.minimum(more, most) if made.lacking else 0.5 * given  # safe, but somebody is lost
             plan = planner.plan(_roomier(problem, given, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
-            asked, left = asked + 1, _MENDS
+            asked, left, waits_left = asked + 1, _MENDS, _WAITS
         before, made = made, make(plan)
         same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
         tries.update(made.lacking.keys())
         best = min(best, made, key=_badness)
-    return _Tried(best, asked, led)
+    return _Tried(best, problem, asked, led)
+
+
+def _waiting(made: Made, unit: float) -> tuple[Plan, int]:
+    """What motors make of the plan, with one of each pair waiting; and of how many, 0 where that does not help all."""
+    plan, problem = made.plan, made.plan.problem
+    assert problem.position_error is not None  # set on construction
+    motion, longest = plan.trajectory, _WAITS_END * plan.makespan
+    later = waits(problem.plane, motion, made.lacking, problem.margin, problem.position_error, unit, longest)
+    if later is None:
+        return plan, 0
+    return dataclasses.replace(plan, trajectory=beginning_later(motion, later)), len(made.lacking)
 
 
 def _badness(made: Made) -> tuple[bool, float, int]:
     return bool(made.lacking), -made.plan.kept, len(made.lacking)
 
 
-def _without_those(problem: Problem, made: Made) -> Problem | None:
+def _without_those(problem: Problem, near: Iterable[tuple[int, int]]) -> Problem | None:
     """The problem without goals of pairs that come too near; None where there are no such, or none may be given up."""
     plane = problem.plane
     can = np.append(problem.has_goal & plane.online, np.zeros(len(plane.obstacles), bool))
-    pairs = [(plane.arm(i), plane.arm(j)) for i, j in made.lacking]
+    pairs = [(plane.arm(i), plane.arm(j)) for i, j in sorted(near)]
     pairs = [(i, j) for i, j in pairs if can[i] or can[j]]
     if problem.conflicts == "raise" or not pairs:
         return None
