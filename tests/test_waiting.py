@@ -76,10 +76,10 @@ def test_nobody_ends_later_than_allowed(longest, helps):
         assert max(later) + 4.0 <= longest
 
 
-def test_obstacles_and_those_who_rest_do_not_wait():
+def test_past_what_stands_waiting_does_not_help():
     plane, motion = reaching({0: 0.0})
-    assert found(plane, motion, 10.0, {(1, -1): 0.1}) is None
-    assert found(plane, motion, 10.0, {(1, 2): 0.1}) is None
+    for pair in ((0, -1), (0, 1), (1, 0), (1, 2)):
+        assert found(plane, motion, 10.0, {pair: 0.1}) is None
     assert not found(plane, motion, 10.0, {}).any()
 
 

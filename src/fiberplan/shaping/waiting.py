@@ -39,6 +39,8 @@ def waits(
         (n,) [s]; None where there is a pair that is not helped by waiting.
     """
     ends = np.array([_end(*motion.knots(i)) for i in range(plane.n)])
+    if any(i < 0 or ends[i] == 0.0 for pair in lacking for i in pair):
+        return None  # past what stands, nothing changes later
     later, left = np.zeros(plane.n), [pair for pair, _ in sorted(lacking.items(), key=lambda each: (-each[1], each[0]))]
     for room in _ROOMS:
         pairs = DelayedPairs(plane, [motion], ends > 0.0, margin + room, error)
@@ -46,7 +48,7 @@ def waits(
             begins = [Begin(0, round(1000 * seconds)) for seconds in later]
             options = []
             for i in pair:
-                if i >= 0 and ends[i] > 0.0 and not later[i]:
+                if not later[i]:
                     for count in range(1, int((longest - ends[i]) / unit) + 1):
                         if not pairs.too_near({i: Begin(0, round(1000 * count * unit))}, begins):
                             options.append((ends[i] + count * unit, count, i))
