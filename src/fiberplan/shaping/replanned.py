@@ -38,7 +38,7 @@ _PATIENT = 3  # ... after so many
 _UNIT = 0.1  # [s] in which who waits begins later, unless a controller has its own
 _FEW = 12  # pairs, of which one each may wait,
 _WAITS = 4  # times after the planner was asked
-_WAITS_END = 1.05  # times the makespan, by which who waits has to end
+_WAITS_END = (1.0, 1.05)  # times the makespan, by which who waits has to end, in turn
 _SAME = 4  # times that the same pairs come too near, before mending gives up; and planning, one time more
 _TRIES = 10  # times that each of the pairs that are left has come too near, before planning gives up
 _GIVEN_UP = 3  # times that goals are given up
@@ -156,11 +156,12 @@ def _waiting(made: Made, unit: float) -> tuple[Plan, int]:
     """What motors make of the plan, with one of each pair waiting; and of how many, 0 where that does not help all."""
     plan, problem = made.plan, made.plan.problem
     assert problem.position_error is not None  # set on construction
-    motion, longest = plan.trajectory, _WAITS_END * plan.makespan
-    later = waits(problem.plane, motion, made.lacking, problem.margin, problem.position_error, unit, longest)
-    if later is None:
-        return plan, 0
-    return dataclasses.replace(plan, trajectory=beginning_later(motion, later)), len(made.lacking)
+    motion, error = plan.trajectory, problem.position_error
+    for part in _WAITS_END:
+        later = waits(problem.plane, motion, made.lacking, problem.margin, error, unit, part * plan.makespan)
+        if later is not None:
+            return dataclasses.replace(plan, trajectory=beginning_later(motion, later)), len(made.lacking)
+    return plan, 0
 
 
 def _badness(made: Made) -> tuple[bool, float, int]:
