@@ -102,6 +102,15 @@ def test_outlines_of_many_corners_near_and_far():
     assert known.count(0.0) > 20
 
 
+def test_edges_that_hardly_overlap_are_as_far_apart_as_they_are():
+    """Squares beside each other, corner by corner: the corners are almost as near as the edges."""
+    for gap in (0.01, 1.0, 3.0):
+        for overlap in (1e-12, 1e-9, 8e-9, 1e-7, -1e-9):
+            found, vector = distances(5 * SQUARE, 5 * SQUARE, np.array([10 + gap, 10 - overlap * gap]))
+            assert found == pytest.approx(gap, abs=1e-13)
+            assert vector == pytest.approx([gap, 0.0], abs=1e-8 * gap)
+
+
 def test_outlines_that_just_touch_or_lie_in_line():
     for at, expected in (
         ([2.0, 0.0], 0.0),  # edge on edge

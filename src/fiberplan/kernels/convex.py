@@ -12,6 +12,7 @@ from fiberplan.kernels.arms import point, vertex
 from fiberplan.kernels.compile import inlined, leaf
 
 _MORE = 8  # corners of the difference that are looked for, more than the pieces have: two or three are, mostly
+_SAME = 2.0**-50  # of lengths: rounding
 
 
 @inlined
@@ -66,7 +67,7 @@ def convex_distance(arms, frame_i, p, frame_j, q):
     if wx == 0.0 and wy == 0.0:
         wx = 1.0
     best, nx, ny = 0.0, 0.0, 0.0
-    corners, size = 0, np.inf  # known ones a and b, and how near the origin the nearest point between them is, squared
+    corners = 0  # known ones: a and b
     for _ in range(piece_p.last - piece_p.first + piece_q.last - piece_q.first + _MORE):
         px, py = _corner(arms, frame_i, p, wx, wy)
         qx, qy = _corner(arms, frame_j, q, -wx, -wy)
@@ -80,6 +81,8 @@ def convex_distance(arms, frame_i, p, frame_j, q):
             wx, wy = x, y
         elif (x == ax and y == ay) or (corners == 2 and x == bx and y == by):
             return best, nx, ny
+        elif length2 - along <= _SAME * (abs(x) + abs(y)) * (abs(wx) + abs(wy)):
+            return best, nx, ny  # all that is left is rounding
         else:
             if corners == 2:
                 side, first, second = ax * by - ay * bx, bx * y - by * x, x * ay - y * ax
@@ -94,8 +97,6 @@ def convex_distance(arms, frame_i, p, frame_j, q):
                 ax, ay, corners = x, y, 1
             else:
                 bx, by, corners = x, y, 2
-        nearer = wx * wx + wy * wy
-        if not (0.0 < nearer < size):
-            return best, nx, ny  # they touch, or all that is left is rounding
-        size = nearer
+        if not (wx * wx + wy * wy > 0.0):
+            return best, nx, ny  # they touch
     return best, nx, ny
