@@ -7,9 +7,10 @@ import pytest
 import shapely
 
 from fiberplan.focal_plane.bodies import Body, Obstacle
+from fiberplan.focal_plane.four_bar import FourBar
 from fiberplan.kernels.arms import frame
 from fiberplan.kernels.even_motion import constant_speed_bound, vertex_speed_along
-from fiberplan.kernels.four_bar import largest_acceleration, rates
+from fiberplan.kernels.four_bar import SINGULAR, largest_acceleration, rates
 from fiberplan.kernels.sweep import swept_clear
 from fiberplan.tolerances import ROUNDING
 from references import four_bar_plane, geometry, make_plane, placed, sampled_clearance
@@ -121,6 +122,21 @@ def test_outlines_that_are_far_now_and_nearest_soon():
         nearest = np.argmin(pairs, axis=0)
         others += bool(nearest[20] != nearest[int(np.argmin(seen))])
     assert others > 10
+
+
+def test_outlines_of_four_bar_arms_in_their_zone_of_avoidance():
+    """The slider is far shorter than allowed, so that the probe turns faster than any bound of motion says."""
+    root = Body(np.array([[-2.0, -2.0], [3.0, 0.0], [-1.0, 2.0]]), 0.2, closed=True)
+    tip = Body(np.array([[40.0, 0.0], [44.0, 1.0], [43.0, -1.0]]), 0.3, closed=True)
+    two = np.ones(2)
+    bar = FourBar(spacing=15 * two, rocker=10 * two, shortest=18 * two, longest=40 * two, orientation=[0.0, np.pi])
+    plane = make_plane([[0, 0], [60, 0]], [root, tip], length=10.0, kinematics=bar, folded=np.full((2, 2), 3.1))
+    q, v, h = np.array([[-0.22, 0.54], [-0.87, -0.61]]), np.array([[-0.85, -1.62], [-1.27, -2.91]]), 0.01
+    assert (bar.sliders(plane.length, q, plane.zero) > SINGULAR).all()
+    frames = [frame(plane.arms, k, *q[k]) for k in (0, 1)]
+    _, bound = constant_speed_bound(plane.arms, 0, frames[0], *v[0], 1, frames[1], *v[1], h)
+    moments = np.linspace(-h, h, 41)[:, None]
+    assert -0.1 < bound <= sampled_clearance(plane, 0, 1, *(q[k] + moments * v[k] for k in (0, 1))).min()
 
 
 def test_bound_of_unknown_or_touching_or_unmet():

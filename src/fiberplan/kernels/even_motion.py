@@ -55,12 +55,13 @@ def constant_speed_bound(arms, i, frame_i, va_i, vb_i, j, frame_j, va_j, vb_j, h
     bent_i = largest_acceleration(arms, i, frame_i, va_i, vb_i, h)
     bend = 0.5 * h * h * (bent_i + largest_acceleration(arms, j, frame_j, va_j, vb_j, h))
     rates_i, rates_j = rates(arms, i, frame_i, va_i, vb_i), rates(arms, j, frame_j, va_j, vb_j)
+    two_links = arms.arm[i].bar < 0 and arms.arm[j].bar < 0  # others' motion has no bound in their zone of avoidance
     now, bound = np.inf, np.inf
     for p in range(arms.arm[i].first_piece, arms.arm[i].last_piece):
         for q in range(arms.arm[j].first_piece, arms.arm[j].last_piece):
             if not meet(arms, p, q):
                 continue
-            if now < np.inf:  # two farther apart than that add nothing to the look, nor to the bound
+            if two_links and now < np.inf:  # two farther apart than that add nothing to the look, nor to the bound
                 travel = motion(arms, i, va_i * h, vb_i * h) + motion(arms, j, va_j * h, vb_j * h)
                 if far_apart(arms, frame_i, p, frame_j, q, max(now, bound + travel)):
                     continue
