@@ -67,6 +67,19 @@ def test_who_waits_comes_near_nobody_else(third_reaches):
     assert fp.verify(plane, beginning_later(motion, later), MARGIN).ok
 
 
+def test_one_that_meets_two_waits_for_both_and_they_need_not():
+    """The outer ones are busy to the end, so that neither can wait."""
+    plane, _ = reaching({})
+    first = [(0, RIGHT, IN), (2, RIGHT, OUT), (4, RIGHT, IN), (16, RIGHT, IN), (18, RIGHT + 1, IN)]
+    middle = [(0, LEFT, IN), (2, LEFT, OUT), (4, LEFT, IN), (5, RIGHT, IN), (7, RIGHT, OUT), (9, RIGHT, IN)]
+    third = [(0, LEFT, IN), (5, LEFT, IN), (7, LEFT, OUT), (9, LEFT, IN), (16, LEFT, IN), (18, LEFT + 1, IN)]
+    motion = of_knots(first, middle, third)
+    assert {each.pair for each in fp.verify(plane, motion, MARGIN).contacts} == {(0, 1), (1, 2)}
+    later = found(plane, motion, 18.0)
+    assert np.flatnonzero(later).tolist() == [1]
+    assert fp.verify(plane, beginning_later(motion, later), MARGIN).ok
+
+
 @pytest.mark.parametrize(("longest", "helps"), [(4.2, False), (8.0, True)])
 def test_nobody_ends_later_than_allowed(longest, helps):
     plane, motion = reaching({0: 0.0, 1: np.pi})

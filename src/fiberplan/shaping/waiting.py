@@ -41,23 +41,23 @@ def waits(
     ends = np.array([_end(*motion.knots(i)) for i in range(plane.n)])
     if any(i < 0 or ends[i] == 0.0 for pair in lacking for i in pair):
         return None  # past what stands, nothing changes later
-    later, left = np.zeros(plane.n), [pair for pair, _ in sorted(lacking.items(), key=lambda each: (-each[1], each[0]))]
+    later, near = np.zeros(plane.n), [pair for pair, _ in sorted(lacking.items(), key=lambda each: (-each[1], each[0]))]
     for room in _ROOMS:
         pairs = DelayedPairs(plane, [motion], ends > 0.0, margin + room, error)
-        for pair in list(left):
+        for pair in near:
+            if later[list(pair)].any():
+                continue  # who waits is shown to keep its distance from everybody
             begins = [Begin(0, round(1000 * seconds)) for seconds in later]
             options = []
             for i in pair:
-                if not later[i]:
-                    for count in range(1, int((longest - ends[i]) / unit) + 1):
-                        if not pairs.too_near({i: Begin(0, round(1000 * count * unit))}, begins):
-                            options.append((ends[i] + count * unit, count, i))
-                            break
+                for count in range(1, int((longest - ends[i]) / unit) + 1):
+                    if not pairs.too_near({i: Begin(0, round(1000 * count * unit))}, begins):
+                        options.append((ends[i] + count * unit, count, i))
+                        break
             if options:
                 _, count, i = min(options)
                 later[i] = count * unit
-                left.remove(pair)
-    return None if left else later
+    return later if all(later[list(pair)].any() for pair in near) else None
 
 
 def beginning_later(motion: Trajectory, later: np.ndarray) -> Trajectory:
