@@ -129,10 +129,11 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
     best, left, waits_left, same, tries = made, _MENDS, _WAITS, 0, Counter(made.lacking.keys())
     while made.lacking or plan.kept < kept:
         missing = _missing(made.lacking, problem.n)
-        parted = 0
+        waiting = 0
         if 0 < len(made.lacking) <= _FEW and waits_left:
-            (mend, parted), waits_left = _waiting(made, unit), waits_left - 1
-        if not parted and made.lacking and left and same < _SAME:
+            (mend, waiting), waits_left = _waiting(made, unit), waits_left - 1
+        parted = waiting
+        if not waiting and made.lacking and left and same < _SAME:
             given, left, turn = np.minimum(given + missing, most), left - 1, _MENDS - left
             asked_of = dataclasses.replace(plan, problem=problem)
             mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
@@ -146,7 +147,10 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             plan = planner.plan(_roomier(problem, given, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
             asked, left, waits_left = asked + 1, _MENDS, _WAITS
         before, made = made, make(plan)
-        same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
+        if not made.lacking or set(made.lacking) != set(before.lacking):
+            same = 0
+        elif not waiting:  # in vain: other paths are not tried yet
+            same += 1
         tries.update(made.lacking.keys())
         best = min(best, made, key=_badness)
     return _Tried(best, problem, asked, led)
