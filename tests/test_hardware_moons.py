@@ -142,6 +142,15 @@ def test_paths_alone_are_the_steps_the_driver_makes(tmp_path, seven):
     assert "unit 3 begins 10 deg from where it stands" in moons.read(tmp_path / "w.json", seven, stands).notes[0]
 
 
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path, seven):
+    held = json.dumps({"configMotion": {"3": [[62, 0], [62, 0]]}})
+    ends = []
+    for encoding in ("utf-8", "utf-8-sig"):
+        (tmp_path / "w.json").write_text(held, encoding=encoding)
+        ends.append(moons.read(tmp_path / "w.json", seven).trajectory.end)
+    np.testing.assert_array_equal(*ends)
+
+
 def test_turns_slower_than_motors_can_make_a_clock_uncertain(tmp_path, seven):
     (tmp_path / "w.json").write_text(json.dumps({"configMotion": {"3": [[62, 0], [30, 0]]}}))
     executed = moons.read(tmp_path / "w.json", seven, latency=0.0)
@@ -155,6 +164,8 @@ def test_turns_slower_than_motors_can_make_a_clock_uncertain(tmp_path, seven):
         ({"a": 1}, "has neither 'configPaths' nor 'configMotion'"),
         ({"configMotion": {"99": [[62, 0]]}}, "has no positioner '99'"),
         ({"configMotion": {"3": [[62, 0.5]]}}, "unit 3: a motion is a list of pairs of whole numbers"),
+        ({"configMotion": {"3": [[62, 10**400]]}}, "unit 3: a motion is a list of pairs of whole numbers"),
+        ({"configPaths": {"3": [[0, -(10**400)], [0, 0]]}}, "unit 3: a path is two lists of finite numbers"),
         ({"configMotion": {"3": [[62, 0]], "4": [[62, 0], [62, 0]]}}, "units differ in the number of segments: 1, 2"),
         ({"configPaths": {"3": [[0, 1], [0]]}}, "unit 3: a path is two lists"),
         ({"configMotion": {}}, "names no unit"),

@@ -34,8 +34,9 @@ class Controller(Protocol):
 
     It may have more, which `fiberplan.hardware.planned` uses to plan for it: ``with_limits(plane)``, the focal plane
     with the ranges and speeds that it takes; ``with_goals(problem, **options)``, the problem with goals at which it can
-    end, given the options of ``write``; ``fit(plan)``, the plan in the shape that it executes. And ``prove``, called as
-    `verify`, where that does not fit what it does.
+    end, given the options of ``write``; ``fit(plan)``, the plan in the shape that it executes; ``SEGMENT``, the seconds
+    by whose multiples a motion can begin later and still be in that shape. And ``prove``, called as `verify`, where
+    that does not fit what it does.
     """
 
     def write(self, plan: Plan, path: str | os.PathLike) -> HandedOver | None:

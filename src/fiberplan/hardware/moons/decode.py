@@ -4,6 +4,7 @@ Motors count steps from where they stand, so a unit ends where it stood plus its
 do; of a file that has `configPaths` alone steps are the differences of its rounded places, as the driver makes them.
 """
 
+from codecs import BOM_UTF8
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -92,7 +93,7 @@ def _assumed(path: Path, plane: FocalPlane, moved: np.ndarray, guessed: np.ndarr
 
 def _document(path: Path, content: bytes) -> dict[str, Any]:
     try:
-        held = from_json(content)
+        held = from_json(content.removeprefix(BOM_UTF8))
     except ValueError as problem:
         raise TrajectoryError(f"{path}: is no JSON ({one_line(problem)})") from None
     if not isinstance(held, dict) or not {"configPaths", "configMotion"} & set(held):
@@ -113,7 +114,7 @@ def _places(path: Path, unit: str, given: Any) -> np.ndarray:
     """(segments + 1, 2) [rad] of a configPath."""
     try:
         places = np.array(given, float).T
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         places = np.zeros(0)
     if places.ndim != 2 or places.shape[1] != 2 or not len(places) or not np.isfinite(places).all():
         raise TrajectoryError(f"{path}: unit {unit}: a path is two lists of finite numbers [rad], equally long")
@@ -124,7 +125,7 @@ def _steps(path: Path, unit: str, given: Any) -> np.ndarray:
     """(segments, 2) of a configMotion."""
     try:
         steps = np.array(given, float)
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         steps = np.zeros(0)
     if steps.ndim != 2 or steps.shape[1] != 2 or not np.isfinite(steps).all() or (steps != np.rint(steps)).any():
         raise TrajectoryError(f"{path}: unit {unit}: a motion is a list of pairs of whole numbers of steps")
