@@ -90,17 +90,21 @@ def test_who_comes_too_near_whatever_is_tried_is_given_up(conflicts):
 
 @pytest.mark.small
 def test_waiting_in_vain_keeps_nobody_from_being_led_past(monkeypatch):
-    plane, led = fp.FocalPlane.hexagonal(1, 22.4), []
+    plane, waited, led = fp.FocalPlane.hexagonal(1, 22.4), [], []
+
+    def waiting(plane, motion, lacking, *given):
+        waited.append(lacking)
+        return np.zeros(plane.n)
 
     def mending(plan, lacking, *given, **options):
         led.append(lacking)
         return plan, len(lacking)
 
-    monkeypatch.setattr("fiberplan.shaping.replanned.waits", lambda *given: np.zeros(plane.n))
+    monkeypatch.setattr("fiberplan.shaping.replanned.waits", waiting)
     monkeypatch.setattr("fiberplan.shaping.replanned.mended", mending)
     problem = fp.Problem(plane, plane.folded, plane.folded + np.array([0.4, -0.3]), 0.1)
     replanned(fp.planners.GreedyFold(), problem, lambda plan: Made(plan, {} if led else {(2, 3): 0.01}))
-    assert led == [{(2, 3): 0.01}]
+    assert waited == led == [{(2, 3): 0.01}]
 
 
 @pytest.mark.small

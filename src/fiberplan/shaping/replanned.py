@@ -151,6 +151,8 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             same = 0
         elif not waiting:  # in vain: other paths are not tried yet
             same += 1
+        if waiting and dict(made.lacking) == dict(before.lacking):
+            waits_left = 0  # what motors make of it does not depend on who begins when
         tries.update(made.lacking.keys())
         best = min(best, made, key=_badness)
     return _Tried(best, problem, asked, led)
