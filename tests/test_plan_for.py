@@ -108,6 +108,24 @@ def test_waiting_in_vain_keeps_nobody_from_being_led_past(monkeypatch):
 
 
 @pytest.mark.small
+def test_nobody_waits_for_longer_than_a_controller_allows(monkeypatch):
+    plane = fp.FocalPlane.hexagonal(1, 22.4)
+    problem = fp.Problem(plane, plane.folded, plane.folded + np.array([0.4, -0.3]), 0.1)
+    longest = fp.planners.GreedyFold().plan(problem).makespan
+
+    def made(plan):
+        if plan.makespan > longest:
+            raise PlanError("the motion takes too long")
+        return Made(plan, {(2, 3): 0.01})
+
+    monkeypatch.setattr("fiberplan.shaping.replanned.waits", lambda plane, *given: np.eye(plane.n)[2])
+    monkeypatch.setattr("fiberplan.shaping.replanned.mended", lambda plan, *given, **options: (plan, 0))
+    plan = replanned(fp.planners.GreedyFold(), problem, made, 1)
+    assert plan.makespan == longest
+    assert plan.notes[-1] == "planned 1 time"
+
+
+@pytest.mark.small
 def test_what_is_given_up_while_others_are_parked_is_named():
     plane = fp.FocalPlane.hexagonal(1, 22.4)
     goal = plane.folded + np.array([0.4, -0.3])

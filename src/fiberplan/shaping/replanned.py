@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fiberplan.arrays import read_only
+from fiberplan.errors import PlanError
 from fiberplan.kernels.clearance import clearances
 from fiberplan.plan import Plan
 from fiberplan.planners import Planner
@@ -146,7 +147,13 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             given = np.minimum(more, most) if made.lacking else 0.5 * given  # safe, but somebody is lost
             plan = planner.plan(_roomier(problem, given, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
             asked, left, waits_left = asked + 1, _MENDS, _WAITS
-        before, made = made, make(plan)
+        try:
+            before, made = made, make(plan)
+        except PlanError:  # who waits may end later than a controller allows
+            if not waiting:
+                raise
+            plan, led, waits_left = made.plan, led - parted, 0
+            continue
         if not made.lacking or set(made.lacking) != set(before.lacking):
             same = 0
         elif not waiting:  # in vain: other paths are not tried yet
