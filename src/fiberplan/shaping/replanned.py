@@ -129,12 +129,16 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
     made, asked, led, kept = make(plan), 1, 0, plan.kept
     best, left, waits_left, same, tries = made, _MENDS, _WAITS, 0, Counter(made.lacking.keys())
     while made.lacking or plan.kept < kept:
-        missing = _missing(made.lacking, problem.n)
-        waiting = 0
         if 0 < len(made.lacking) <= _FEW and waits_left:
-            (mend, waiting), waits_left = _waiting(made, unit), waits_left - 1
-        parted = waiting
-        if not waiting and made.lacking and left and same < _SAME:
+            late, waits_left = _waiting(made, make, unit), waits_left - 1
+            if late is not None and not late.lacking:
+                led, made = led + len(made.lacking), late
+                best = min(best, made, key=_badness)
+                continue
+            if late is not None and dict(late.lacking) == dict(made.lacking):
+                waits_left = 0  # what motors make of it does not depend on who begins when
+        missing, parted = _missing(made.lacking, problem.n), 0
+        if made.lacking and left and same < _SAME:
             given, left, turn = np.minimum(given + missing, most), left - 1, _MENDS - left
             asked_of = dataclasses.replace(plan, problem=problem)
             mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
@@ -147,34 +151,26 @@ def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rou
             given = np.minimum(more, most) if made.lacking else 0.5 * given  # safe, but somebody is lost
             plan = planner.plan(_roomier(problem, given, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
             asked, left, waits_left = asked + 1, _MENDS, _WAITS
-        try:
-            before, made = made, make(plan)
-        except PlanError:  # who waits may end later than a controller allows
-            if not waiting:
-                raise
-            plan, led, waits_left = made.plan, led - parted, 0
-            continue
-        if not made.lacking or set(made.lacking) != set(before.lacking):
-            same = 0
-        elif not waiting:  # in vain: other paths are not tried yet
-            same += 1
-        if waiting and dict(made.lacking) == dict(before.lacking):
-            waits_left = 0  # what motors make of it does not depend on who begins when
+        before, made = made, make(plan)
+        same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
         tries.update(made.lacking.keys())
         best = min(best, made, key=_badness)
     return _Tried(best, problem, asked, led)
 
 
-def _waiting(made: Made, unit: float) -> tuple[Plan, int]:
-    """What motors make of the plan, with one of each pair waiting; and of how many, 0 where that does not help all."""
+def _waiting(made: Made, make: Callable[[Plan], Made], unit: float) -> Made | None:
+    """The same with one of each pair waiting; None where that cannot help all, or takes the controller too long."""
     plan, problem = made.plan, made.plan.problem
     assert problem.position_error is not None  # set on construction
     motion, error = plan.trajectory, problem.position_error
     for part in _WAITS_END:
         later = waits(problem.plane, motion, made.lacking, problem.margin, error, unit, part * plan.makespan)
         if later is not None:
-            return dataclasses.replace(plan, trajectory=beginning_later(motion, later)), len(made.lacking)
-    return plan, 0
+            try:
+                return make(dataclasses.replace(plan, trajectory=beginning_later(motion, later)))
+            except PlanError:
+                break
+    return None
 
 
 def _badness(made: Made) -> tuple[bool, float, int]:
