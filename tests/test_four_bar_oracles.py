@@ -82,6 +82,26 @@ def test_acceleration_is_the_bound_derived_and_holds():
     assert largest_acceleration(plane.arms, 1, at, 0.3, 0.4, 0.1) == acceleration(plane.arms, 1, 0.3, 0.4)
 
 
+def test_who_stands_in_a_singular_place_has_no_acceleration():
+    """Where the slider has no length, found by complex numbers, next to nothing is known of an arm that moves."""
+    found = 0
+    for _, plane in scenes(8):
+        for i in range(plane.n):
+            bar, a = plane.kinematics, plane.length[i]
+            d, b = bar.spacing[i], bar.rocker[i]
+            if not abs(a - b) < d < a + b:
+                continue
+            turn = np.arccos((a**2 + d**2 - b**2) / (2 * a * d))
+            q = np.array([turn, -np.angle((d - a * np.exp(1j * turn)) / b)]) - plane.zero[i]
+            at = frame(plane.arms, i, *q)
+            assert slider(plane.arms, i, *q) < 1e-9
+            assert largest_acceleration(plane.arms, i, at, 0.0, 0.0, 0.1) == 0.0
+            for speed in ((1e-3, 0.0), (0.0, 1e-3)):
+                assert largest_acceleration(plane.arms, i, at, *speed, 0.1) == np.inf
+            found += 1
+    assert found > 2
+
+
 def test_range_is_left_where_sampling_says_so():
     left = []
     for seed in range(12):

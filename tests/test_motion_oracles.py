@@ -196,6 +196,21 @@ def test_sweep_against_sampling():
     assert 0.2 < np.mean(answers) < 0.8
 
 
+def test_who_lands_nearer_than_the_landing_has_to_come_no_nearer():
+    """Of two that keep well clear on their way: only where they begin and end decides."""
+    rng, answers = np.random.default_rng(7), []
+    while len(answers) < 16:
+        plane = make_plane(rng.uniform(-14, 14, (2, 2)), [CAPSULE])
+        start, step, landing = rng.uniform(-4, 4, (2, 2)), rng.normal(0, 0.3, (2, 2)), rng.uniform(1, 6)
+        along = np.linspace(0, 1, 60)[:, None]
+        gaps = sampled_clearance(plane, 0, 1, start[0] + along * step[0], start[1] + along * step[1])
+        if gaps.min() < 0.3 or gaps[-1] > 0.2 + landing:
+            continue
+        answers.append(swept(plane, start[0], step[0], 1, start[1], step[1], 0.2, landing=landing))
+        assert answers[-1] == (gaps[-1] >= gaps[0])
+    assert set(answers) == {True, False}
+
+
 def test_sweep_is_decided_within_a_ten_thousandth_and_by_few_looks(monkeypatch):
     """Past a post with 1e-4 to spare, and without; a piece that is shown is followed by longer ones."""
     for spare, clear in ((1e-4, True), (-1e-6, False)):

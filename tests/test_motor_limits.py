@@ -177,6 +177,38 @@ def test_knots_of_the_other_joint_do_not_count():
     assert violations(limited(min_speed=None), more, np.insert(alpha, 12, between)) == ()
 
 
+def test_pieces_of_even_speed_are_one_however_they_are_cut():
+    """A knot within a piece of a ramp: the rest of it is too short for the change of speed, the whole is not."""
+    times, alpha = ramp(ACCELERATION)
+    for k in (6, 16):
+        beside = times[k] - 1e-4
+        more = np.insert(alpha, k, np.interp(beside, times, alpha))
+        assert violations(limited(min_speed=None), np.insert(times, k, beside), more) == ()
+
+
+def test_a_rest_after_a_creep_is_a_rest():
+    """However slow the creep: from a rest a joint may jump to less than from a piece that moves."""
+    plane = limited(min_speed=None)
+    most = ACCELERATION * 0.5 * np.sqrt(8 * RAMP / ACCELERATION)
+    for rest, count in ((1.0, 1), (0.0, 0)):
+        spans, speeds = np.array([1.0, rest, 60.0, 60.0]), most * np.array([1e-5, 0.0, 1.5, 0.75])
+        moves = spans > 0
+        times, alpha = (np.append(0.0, np.cumsum(values[moves])) for values in (spans, spans * speeds))
+        for sign in (1.0, -1.0):
+            assert len(violations(plane, times, sign * alpha)) == count
+
+
+def test_a_rest_between_two_speeds_is_no_turn_unless_they_are_opposite():
+    """Stopping at once is too sudden, whichever way a joint turned, and also if it goes on the same way."""
+    plane = limited(min_speed=None)
+    most = ACCELERATION * 0.5 * np.sqrt(8 * RAMP / ACCELERATION)
+    for before, after, count in ((1.5, 0.0, 1), (1.5, 1.5, 1), (1.5, -1.5, 0), (0.9, 0.9, 0)):
+        speeds = most * np.array([before / 2, before, 0.0, after, after / 2])
+        alpha = np.append(0.0, np.cumsum(60.0 * speeds))
+        for sign in (1.0, -1.0):
+            assert len(violations(plane, 60.0 * np.arange(6), sign * alpha)) == count, (before, after, sign)
+
+
 def test_a_jump_is_one_however_long_the_pieces():
     """Half of sqrt(8 RAMP / a) is what a long piece counts for at its ends."""
     plane = limited(min_speed=None)

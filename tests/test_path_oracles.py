@@ -9,6 +9,7 @@ from fiberplan.certificates.path import (
     knot_near_middle,
     last_knot,
     measure,
+    next_knot,
     rounding,
     state,
     top_speed,
@@ -95,6 +96,9 @@ def test_knots_between_and_top_speeds():
                     assert np.isnan(near)
                 touched = (own["time"] <= t1) & (np.append(own["time"][1:], np.inf) > t0)
                 assert top_speed(path, i, t0, t1) == own["speed"][touched].max(initial=0.0)
+                after = own["time"][own["time"] > t0]
+                assert next_knot(path, i, t0) == after.min(initial=np.inf)
+            assert next_knot(path, plane.n, t0) == np.inf
             assert np.isnan(knot_near_middle(path, plane.n, t0, t1, middle))
             assert top_speed(path, plane.n, t0, t1) == 0.0
     assert found == {0, 1, 2}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fiberplan.certificates import bisection
 from fiberplan.certificates.bisection import closest, first_crossing, interval_bound, judge, more_looks, too_short
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.kernels.arms import frame
@@ -181,6 +182,32 @@ def test_first_crossing_is_the_first_of_several():
     assert first_crossing(plane.arms, path, 0, 1, 0.2, 0.0, 0.0, 7.0, *tiny) == 0.0
     assert closest(plane.arms, path, 0, 1, 0.2, 0.0, np.nan, 0.01, 2.0, *stack())[0] == -np.inf
     assert first_crossing(plane.arms, path, 0, 1, -9.0, 0.0, 0.0, 7.5, *stack()) == 7.5
+
+
+def test_near_the_margin_bounds_are_as_sharp_as_rounding_lets_them_be():
+    """A tip passes 2 mm from a post: whenever it does, all but 2.5 nanometres of them are proven in millionths."""
+    plane = make_plane([0, 0], [Body(np.array([[10.0, 0.0]]), 1.0)], [Obstacle("post", [[0.0, 19.0]], 1.0)])
+    for begin in np.linspace(0.3, 0.7, 12):
+        path = as_path(plane, motion_of([(0, begin, 0), (2, 2.5, 0)]))
+        low, high, _ = closest(plane.arms, path, 0, 1, 2.0 - 2.6e-9, 0.0, 0.0, 0.01, 3.0, *stack())
+        assert 2.0 - 2.6e-9 <= low <= 2.0 - 1e-9 < high
+        assert closest(plane.arms, path, 0, 1, 2.0 - 0.9e-9, 0.0, 0.0, 0.01, 3.0, *stack())[0] < 2.0 - 0.9e-9
+
+
+def test_a_pair_that_takes_too_long_is_undecided(monkeypatch):
+    """However many looks it needs: with one fewer nothing is proven, and the first crossing is what was known."""
+    plane = make_plane([0, 0], [Body(np.array([[10.0, 0.0]]), 1.0)], [Obstacle("post", [[0.0, 19.0]], 1.0)])
+    path, looks = as_path(plane, motion_of([(0, 0.5, 0), (2, 2.5, 0)])), []
+    real = bisection.interval_bound
+    monkeypatch.setattr(bisection, "interval_bound", lambda *given: looks.append(given) or real(*given))
+    whole = closest(plane.arms, path, 0, 1, 1.9, 0.0, 0.0, 0.01, 3.0, *stack())
+    needed = len(looks)
+    assert 5 < needed < 60
+    for most, answer in ((needed + 1, whole), (needed, (-np.inf, *whole[1:]))):
+        monkeypatch.setattr(bisection, "_MOST_LOOKS", (most, 0))
+        assert closest(plane.arms, path, 0, 1, 1.9, 0.0, 0.0, 0.01, 3.0, *stack()) == answer
+    monkeypatch.setattr(bisection, "_MOST_LOOKS", (1, 0))
+    assert first_crossing(plane.arms, path, 0, 1, 2.1, 0.0, 0.0, 1.1, *stack()) == 1.1
 
 
 def test_jitter_costs_speed():

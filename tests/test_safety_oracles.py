@@ -91,6 +91,18 @@ def test_margins_and_errors_add_up():
     assert not verify(facing(-0.1, max_speed=2.0), after, jitter=1.0).ok
 
 
+def test_pairs_are_those_that_clocks_and_errors_can_bring_near():
+    """Tips 3 mm apart at full stretch, one of which turns at 15 mm/s: clocks that are off take from both."""
+    plane, motion = facing(3.0), motion_of([(0, 0.0, 0.0), (1, 1.0, 0.0)], [(0, np.pi, 0.0)])
+    for given, listed in (
+        ({"jitter": 0.11}, True), ({"jitter": 0.09}, False), ({"margin": 3.1}, True), ({"margin": 2.9}, False),
+        ({"position_error": 1.6}, True), ({"position_error": 1.4}, False),
+        ({"margin": 1.0, "jitter": 0.03, "position_error": 0.6}, True),
+        ({"margin": 1.0, "jitter": 0.03, "position_error": 0.5}, False),
+    ):  # fmt: skip
+        assert len(verify(plane, motion, **given).pairs) == listed
+
+
 def test_far_from_the_origin_rounding_counts():
     """At 3,000 km units in the last place are half a micrometre: what is within a few of them is not safe."""
     for gap, safe in ((4e-6, False), (1e-3, True)):

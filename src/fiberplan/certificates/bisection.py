@@ -48,9 +48,9 @@ def interval_bound(arms, path, i, j, t0, t1, jitter, error):
     _, _, _, _, begin_j = state(path, j, t0)
     _, _, _, _, end_i = state(path, i, t1)
     _, _, _, _, end_j = state(path, j, t1)
-    before, after = far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j
-    if before + after < np.inf:  # past a zone of avoidance they are infinite, or no numbers
-        bound = max(bound, now - max(before, after) - ROUNDING)
+    moved = max(far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j)
+    if moved < np.inf:  # past a zone of avoidance it is infinite, or no number
+        bound = max(bound, now - moved - ROUNDING)
     pad_now = pad = error
     if jitter > 0.0:
         pad_now += jitter * (top_speed(path, i, t - jitter, t + jitter) + top_speed(path, j, t - jitter, t + jitter))

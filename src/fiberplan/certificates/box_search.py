@@ -121,5 +121,12 @@ def search(query, boxes, most):
                 if not halve(query, boxes, k):
                     return FULL, -1
                 halved += 1
+        k = end
+        while halved == 0 and k >= 0:  # a goal beside an open box may be nearer than one that it may hold itself
+            if boxes.box[k].state != CLEAR and boxes.box[k].joint >= 0:
+                if not halve(query, boxes, k):
+                    return FULL, -1
+                halved += 1
+            k = boxes.box[k].before
         if halved == 0:
             return UNDECIDED, -1

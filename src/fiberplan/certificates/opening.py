@@ -84,11 +84,11 @@ def _signed_interval(arms, path, i, j, t0, t1, jitter, error):
     _, _, _, _, begin_j = state(path, j, t0)
     _, _, _, _, end_i = state(path, i, t1)
     _, _, _, _, end_j = state(path, j, t1)
-    before, after = far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j
+    moved = max(far_i - begin_i + far_j - begin_j, end_i - far_i + end_j - far_j)
     most = np.inf
-    if before + after < np.inf:
-        bound = max(bound, now - max(before, after) - ROUNDING)  # a depth, too, changes no faster than the arms move
-        most = now + max(before, after) + ROUNDING - _pad(path, i, j, t1, t0, jitter, error)  # what all moments have
+    if moved < np.inf:
+        bound = max(bound, now - moved - ROUNDING)  # a depth, too, changes no faster than the arms move
+        most = now + moved + ROUNDING - _pad(path, i, j, t1, t0, jitter, error)  # what all moments have
     return t, now - _pad(path, i, j, t, t, jitter, error), bound - _pad(path, i, j, t0, t1, jitter, error), most
 
 

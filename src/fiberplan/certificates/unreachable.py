@@ -188,9 +188,8 @@ def _tree(boxes: Boxes) -> str:
     ends = boxes.edge[:edges, 0][np.arange(edges) ^ 1], boxes.edge[:edges, 0]  # of each edge, from and to
     needed[ends[1][inside[ends[0]]]] = True
     said = np.where(inside, "i", np.where((box["state"] == BLOCKED) & needed, "b", "o")).tolist()
-    for k in range(count - 1, -1, -1):  # halves come after the box that they are of
-        if box["state"][k] == HALVED:
-            child = int(box["child"][k])
-            one, other = said[child], said[child + 1]
-            said[k] = one if one == other and one in "io" else f"{box['joint'][k]}{one}{other}"
+    for k in reversed(np.flatnonzero(box["state"] == HALVED).tolist()):  # halves come after the box that they are of
+        child = int(box["child"][k])
+        one, other = said[child], said[child + 1]
+        said[k] = one if one == other and one in "io" else f"{box['joint'][k]}{one}{other}"
     return str(said[0])

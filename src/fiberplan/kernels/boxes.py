@@ -12,11 +12,8 @@ _MOST = 20_000  # boxes looked at per pair; a pair that needs more is not shown 
 
 
 @leaf
-def _clear(arms, i, j, boxes, margin, stack):
-    """Whether arms i and j, in `boxes` (2, 2, 2) (arm, joint, low and high), are shown to keep the margin."""
-    for arm in range(2):
-        for joint in range(2):
-            stack[0, arm, joint, 0], stack[0, arm, joint, 1] = boxes[arm, joint, 0], boxes[arm, joint, 1]
+def _clear(arms, i, j, margin, stack):
+    """Whether arms i and j, in `stack[0]` (2, 2, 2) (arm, joint, low and high), are shown to keep the margin."""
     depth = 1
     for _ in range(_MOST):
         if depth == 0:
@@ -28,8 +25,7 @@ def _clear(arms, i, j, boxes, margin, stack):
         now = clearance(arms, i, ai, bi, j, aj, bj)
         if not (now >= margin):
             return False
-        widest, most = -1, 0.0
-        within = 0.0
+        widest, most, within = 0, 0.0, 0.0
         for arm in range(2):
             for joint in range(2):
                 half = 0.5 * (box[arm, joint, 1] - box[arm, joint, 0])
@@ -39,7 +35,7 @@ def _clear(arms, i, j, boxes, margin, stack):
                     widest, most = 2 * arm + joint, moved
         if now - within - ROUNDING >= margin:
             continue
-        if widest < 0 or depth + 2 > len(stack):
+        if depth + 2 > len(stack):
             return False
         arm, joint = widest // 2, widest % 2
         middle = 0.5 * (box[arm, joint, 0] + box[arm, joint, 1])
@@ -70,12 +66,11 @@ def clear_boxes(arms, pairs, boxes, second, margin):
     """
     out = np.empty(len(pairs), np.bool_)
     stack = np.empty((_DEPTH, 2, 2, 2))
-    both = np.empty((2, 2, 2))
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
         for joint in range(2):
             for end in range(2):
-                both[0, joint, end] = boxes[i, joint, end]
-                both[1, joint, end] = boxes[second + j, joint, end]
-        out[k] = _clear(arms, i, j, both, margin, stack)
+                stack[0, 0, joint, end] = boxes[i, joint, end]
+                stack[0, 1, joint, end] = boxes[second + j, joint, end]
+        out[k] = _clear(arms, i, j, margin, stack)
     return out

@@ -118,13 +118,14 @@ def leaves_range(arms, i, alpha, beta, d_alpha, d_beta):
     low, high = low * low, high * high
     done, length = 0.0, 1.0
     while done < 1.0:
-        h = 0.5 * min(length, 1.0 - done)
+        until = min(done + length, 1.0)
+        h = 0.5 * (until - done)
         at = done + h
         rx, ry, ux, uy, _, _ = slide(arms, i, frame(arms, i, alpha + at * d_alpha, beta + at * d_beta), d_alpha, d_beta)
         square = rx * rx + ry * ry
         change = 2.0 * abs(rx * ux + ry * uy) * h + 0.5 * bend * h * h
         if square - change >= low and square + change <= high:
-            done = at + h if length < 1.0 - done else 1.0
+            done = until
             length *= 2.0
         elif length < _FINEST:
             return at, np.sqrt(square)

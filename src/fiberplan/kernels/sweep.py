@@ -30,13 +30,14 @@ def swept_clear(arms, i, a0, b0, da, db, j, c0, d0, dc, dd, limit, shown, landin
             return False
     length = 1.0 - shown
     while shown < 1.0:
-        h = 0.5 * min(length, 1.0 - shown)
+        until = min(shown + length, 1.0)
+        h = 0.5 * (until - shown)
         s = shown + h
         frame_i = frame(arms, i, a0 + s * da, b0 + s * db)
         frame_j = frame(arms, j, c0 + s * dc, d0 + s * dd)
         now, bound = constant_speed_bound(arms, i, frame_i, da, db, j, frame_j, dc, dd, h + _ULP)
         if bound >= limit:
-            shown = s + h if length < 1.0 - shown else 1.0
+            shown = until
             length *= 2.0
         elif not (now >= limit) or length < _SHORTEST:
             return False
