@@ -11,6 +11,8 @@ from fiberplan.focal_plane.bodies import Obstacle
 from references import make_plane, motion_of, sampled_clearance, smallest_over_time
 from test_unreachable_oracles import CAPSULE, walled
 
+pytestmark = pytest.mark.small  # every case of each
+
 
 def boxes_of(tree, low, high):
     """(mark, low, high) of each box of a `Barrier.tree` that is not halved."""
@@ -69,6 +71,15 @@ def facing(turn):
     return make_plane(base, [CAPSULE], **ends)
 
 
+def with_a_third(plane):
+    """The same two, and one that is far away."""
+    third = {
+        name: np.append(getattr(plane, name), [[90.0, 90.0]], axis=0) for name in ("base", "lower", "upper", "zero")
+    }
+    third["lower"][2], third["upper"][2] = -0.5, 0.5
+    return make_plane(third.pop("base"), [CAPSULE], **third)
+
+
 @pytest.mark.parametrize("room", [2_000, 2])
 def test_what_a_barrier_states_holds(room, monkeypatch):
     """One arm before a post, one that is shut off by another, and two that cannot pass each other."""
@@ -82,16 +93,36 @@ def test_what_a_barrier_states_holds(room, monkeypatch):
     _, barrier = decided(plane, [0, 1], swapped, start, 0.0)
     checked(plane, barrier, start, 0.0)
     assert decided(plane, [0, 1], swapped, start, 0.0, 3) == (None, None)  # that few boxes decide nothing
+    _, beside = decided(with_a_third(plane), [2, 0, 1], swapped, np.append(start, [[0.0, 0.0]], axis=0), 0.0)
+    assert beside.positioners == (2, 0, 1)
+    deeper = str.maketrans("0123", "2345")  # the joints of who is far away come first, and need no halving
+    assert beside.tree == barrier.tree.translate(deeper)
 
 
-def test_a_path_is_clear_and_leads_to_the_goal():
+def test_whose_elbow_turns_past_another_arm_cannot_if_that_lies_across():
+    """Alpha of both is as good as fixed: the elbow's turn is what there is to halve, here the last of six joints."""
+    ends = {"lower": np.array([[-0.01, 0.0], [-0.01, -1.3]]), "upper": np.array([[0.01, 0.01], [0.01, 1.3]])}
+    plane = make_plane([[0, 0], [23.0, 0]], [CAPSULE], zero=facing(0.5).zero, **ends)
+    start, goals = np.array([[0.0, 0.0], [0.0, -1.2]]), {1: np.array([0.0, 1.2])}
+    for who, joint in (([0, 1], "3"), ([1, 0], "1"), ([2, 0, 1], "5"), ([2, 1, 0], "3")):
+        many = with_a_third(plane) if len(who) > 2 else plane
+        stands = np.append(start, [[0.0, 0.0]], axis=0)[: many.n]
+        _, barrier = decided(many, who, goals, stands, 0.0)
+        checked(many, barrier, stands, 0.0)
+        assert set(barrier.tree) - set("ibo") == {joint}
+
+
+def test_a_path_is_clear_and_leads_to_the_goal(monkeypatch):
     """Round a post with a bent elbow; and everyone at once, where there is nobody in the way."""
     posts = [Obstacle("post", [[11.0, 3.0]], 1.0), Obstacle("pole", [[9.0, -9.0]], 1.0)]
     ends = {"lower": np.array([[-2.0, 0.0]]), "upper": np.array([[2.0, 2.5]])}
     plane = make_plane([0, 0], [CAPSULE], posts, length=8.0, **ends)
     start, goal = np.array([[-1.2, 1.5]]), np.array([0.8, 0.3])
+    looked, real = [], unreachable.search
+    monkeypatch.setattr(unreachable, "search", lambda *given: looked.append(given[1]) or real(*given))
     path, barrier = decided(plane, [0], {0: goal}, start, 0.3)
     assert barrier is None
+    assert looked[-1].used[0] < 130  # boxes are halved where that decides it, and nowhere else
     assert len(path) > 3
     assert (path[0] == start[0]).all()
     assert (path[-1] == goal).all()

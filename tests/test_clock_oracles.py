@@ -10,6 +10,8 @@ from fiberplan.tolerances import ROUNDING
 from references import four_bar_plane, make_plane, motion_of, sampled, sampled_clearance
 from test_path_oracles import as_path
 
+pytestmark = pytest.mark.small  # every case of each
+
 TIP = Body(np.array([[10.0, 0.0]]), 1.0)
 PAIR = np.array([[0, 1]])
 

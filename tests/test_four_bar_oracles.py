@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fiberplan.kernels.arms import acceleration, frame
-from fiberplan.kernels.four_bar import SINGULAR, largest_acceleration, leaves_range, rates, slide, slider
+from fiberplan.kernels.four_bar import largest_acceleration, leaves_range, rates, slide, slider
 from fiberplan.tolerances import ZONE
 from references import four_bar_joints, four_bar_plane, placed, varied_plane
 from test_arm_oracles import far
@@ -53,7 +53,7 @@ def acceleration_of(plane, i, q, va, vb, h):
     bent = min(swing + rock, abs(-p * vb**2 + e * va**2) + h * jerk)
     speed = min(plane.length[i] * abs(va) + bar.rocker[i] * abs(vb), abs(-1j * p * vb - 1j * e * va) + h * bent)
     shortest = abs(j4[0] - j3[0]) - h * speed
-    if shortest < SINGULAR:
+    if shortest < 1.0:  # mm of slider, below which nothing is bounded
         return np.inf
     reach = far(plane, i, "beta")
     probe = swing + reach * (bent / shortest + 2 / np.sqrt(3) * (speed / shortest) ** 2)

@@ -245,6 +245,12 @@ def test_slower_than_the_least_speed_is_found_in_each_joint():
     assert verify(plane.replace(min_speed=None), motion).ok
 
 
+def test_a_joint_without_a_least_speed_may_creep():
+    plane = limited(max_acceleration=None, min_speed=np.array([[SLOWEST, 0.0]]))
+    for creep, count in (((0.0, 1e-3), 0), ((1e-3, 0.0), 1)):
+        assert len(verify(plane, motion_of([(0.0, 0.0, 0.0), (1.0, *creep)])).violations) == count
+
+
 def test_limits_are_of_one_joint_alone():
     plane = limited(2, max_acceleration=np.array([[np.inf, np.inf], [np.inf, 4.0]]), min_speed=None)
     swing = [(0.0, 0.0, 0.0), (1.0, 2.0, 2.0)]

@@ -54,6 +54,12 @@ def test_comes_apart():
     assert np.isnan(failed)
 
 
+def test_who_stands_keeps_what_it_has_to_rounding():
+    path = as_path(TIPPED, motion_of([(0, turn_for(0.1), 0.0), (1, turn_for(0.1), 0.0)]))
+    _, now, bound, most = _signed_interval(TIPPED.arms, path, 0, 1, 0.25, 0.75, 0.0, 0.0)
+    assert (now - bound, most - now) == (pytest.approx(ROUNDING, rel=1e-3),) * 2
+
+
 def test_may_come_back_before_it_has_the_margin_but_not_nearer():
     assert np.isnan(judged(-0.5, 0.2, -0.2, 3.0)[2])
     assert np.isnan(judged(-0.5, 0.2, -0.5 + 1e-5, 3.0)[2])

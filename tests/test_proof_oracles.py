@@ -122,6 +122,16 @@ def test_a_middle_that_is_rounded():
     assert end - 0.1 < bound < end < now
 
 
+def test_jitter_reaches_what_rounding_would_hide():
+    """Past 1e16 s a moment 0.3 s earlier is the same number: a fast stretch that has just ended counts all the same."""
+    plane = make_plane([0, 0], [Body(np.array([[10.0, 0.0]]), 1.0)], [Obstacle("post", [[30.0, 0.0]], 1.0)], length=0.0)
+    path = as_path(plane, motion_of([(1e16, 0.0, 0.0), (1e16 + 64, 3.2, 0.0), (1e16 + 128, 3.2, 0.0)]))
+    _, now, bound = interval_bound(plane.arms, path, 0, 1, 1e16 + 80, 1e16 + 90, 0.3, 0.0)
+    assert now - 1e-6 < bound < now
+    _, now, bound = interval_bound(plane.arms, path, 0, 1, 1e16 + 64, 1e16 + 72, 0.3, 0.0)
+    assert now - bound == pytest.approx(0.3 * 10 * 3.2 / 64, abs=1e-6)
+
+
 def test_unknown_speeds_are_neither_safe_nor_in_contact():
     """In its zone of avoidance an arm's travel is infinite: what is seen is only less the error, nothing is proven."""
     plane = four_bar_plane(np.random.default_rng(3), n=2, shortest=(5.0, 9.0), longest=(24.0, 35.0))

@@ -11,6 +11,8 @@ from fiberplan.errors import TrajectoryError
 from references import make_plane, motion_of
 from test_reactions import BAR, TIP, sampled_stall, tips
 
+pytestmark = pytest.mark.small  # every case of each
+
 
 def test_the_first_box_is_always_that_of_the_least_time():
     rng, boxes, count, ours = np.random.default_rng(0), np.zeros(64, BOX), 0, []

@@ -1,6 +1,7 @@
 """The replay accepts what is so and nothing else; every scene here is the smallest that decides."""
 
 import ast
+import copy
 import gzip
 import io
 from pathlib import Path
@@ -14,6 +15,7 @@ from fiberplan.certificates.replay import BadFileError, Claims
 from fiberplan.certificates.replay_geometry import about, digest, geometry_fault
 from fiberplan.certificates.replay_outcomes import faults, not_replayed
 from fiberplan.certificates.whole_replay import replay
+from fiberplan.focal_plane.bodies import Body
 from fiberplan.scenes.decisive import row
 from fuzz.made_false import base as base_of
 from fuzz.made_false import sealed
@@ -250,6 +252,23 @@ def test_claims_about_something_else_are_faults():
     near = np.flatnonzero(base("opening")[1].tables["CERTIFICATE"]["kind"] == b"opening")[0]
     kept = changed("opening", CERTIFICATE=setting("clearance", near, 2.0))
     assert any("are no such pair" in fault for fault in faults(kept))
+
+
+def test_who_could_meet_is_told_by_the_longest_of_all_bodies():
+    """Whichever is listed first: alpha's are 4 mm long, beta's reach 15 mm from its axis."""
+    plane = row(2).replace(length=np.full(2, 5.0))
+    short, long = Body([[0.0, 0.0], [4.0, 0.0]], 0.5, "alpha"), Body([[0.0, 0.0], [10.0, 0.0]], 1.0, "beta")
+    for bodies in ((short, long), (long, short)):
+        claims = Claims(made(plane.replace(bodies=bodies), [[(0, 90, 90)], [(0, 90, 90)]], 0.5))
+        assert claims.reach == pytest.approx([16.5, 16.5], abs=1e-6)
+        assert [*claims.pairs()] == [(0, 1)]
+
+
+def test_outlines_that_are_not_convex_need_no_margin():
+    claims = copy.copy(base("concave")[1])
+    claims.margin = 0.0
+    assert any(shape.hollow for shape in claims.arms[0])
+    assert [claims.judge(*pair) for pair in claims.pairs()] == [None] * len([*claims.pairs()])
 
 
 def test_what_a_replay_says_nothing_of_is_noted():

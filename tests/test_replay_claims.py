@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import shapely
 from flint import acb, arb
 
 from fiberplan.certificates import replay as replayed
-from fiberplan.certificates.replay_outcomes import _upper
+from fiberplan.certificates.replay_outcomes import _upper, label
 from replay_arms import PLACE, convex, geometry, scene, shape
 from test_depth_oracles import reference
 
@@ -45,6 +46,18 @@ def places(claims, arm, t):
     slide = pivot + rocker * third - elbow
     links = [(base, 1.0), (base, (elbow - base) / length), (elbow, slide / abs(slide)), (pivot, third)]
     return [*links, (slide,)]
+
+
+@pytest.mark.parametrize("speeds", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (-2.0, 0.5), (0.0, 0.0)])
+def test_all_that_is_seen_over_an_interval_holds_what_is_seen_at_each_moment_of_it(speeds):
+    claims = moving()
+    claims.knots[0] = np.array([[0.0, 0.25, -0.5], [4.0, 0.25 + 4 * speeds[0], -0.5 + 4 * speeds[1]]])
+    _, over = claims.seen(0, 2.0, 0.5)
+    for t in (1.5, 1.75, 2.0, 2.5):
+        now, _ = claims.seen(0, t, 0.0)
+        for whole, part in zip(over, now, strict=True):
+            assert all(a.overlaps(b) for a, b in zip(whole, part, strict=True))
+            assert all(a.contains(type(b)(b.mid())) for a, b in zip(whole, part, strict=True) if a.rad() > 1e-9)
 
 
 def test_distance_from_a_convex_part():
@@ -203,3 +216,10 @@ def test_a_bound_of_the_clearance_is_that_in_the_middle_and_how_fast_vertices_mo
             fast = [max(float(abs(v).upper()) for s in claims.vertices(k, m, 0.05) for _, v in s) for k in (0, arm)]
             assert _upper(claims, 0, arm, m, 0.05) == pytest.approx(found + 0.05 * sum(fast), abs=1e-10)
     assert 0 < np.mean(signs) < 1
+
+
+def test_obstacles_are_told_by_their_own_names():
+    obstacles = np.array([(b"wall", 0), (b"wall", 0), (b"post", 1)], [("name", "S4"), ("obstacle", int)])
+    claims = SimpleNamespace(n=2, table={"positioner": np.array([b"A", b"B"])}, tables={"OBSTACLES": obstacles})
+    told = [label(claims, arm) for arm in range(4)]
+    assert told == ["positioner 'A'", "positioner 'B'", "obstacle 'wall'", "obstacle 'post'"]

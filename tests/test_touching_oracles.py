@@ -56,6 +56,7 @@ def test_two_of_which_neither_moves_do_not_touch():
     plane = make_plane([[0, 0], [33.0, 0], [0, 60.0]], [TIP], [Obstacle("post", [[16.0, 0.0]], 1.0)])
     rest = [(0, 0.0, 0.0)], [(0, np.pi, 0.0)], [(0, 0.0, 0.0)]
     assert Touching(plane, 1.1).contacts(motion_of(*rest)) == ()
+    assert Touching(plane).margin == 0.0
     for turn, margin, pairs in (
         ([0.3, 0.0], 1.1, {(0, 1), (0, -1)}), ([0.0, 0.3], 1.0 + 5e-7, {(0, 1), (0, -1)}),
         ([0.3, 0.0], 1.0 - 1e-5, {(0, -1)}),
@@ -104,5 +105,6 @@ def test_parts_hold_all_pairs_that_may_come_within_the_margin():
         (0.5, 0.24, []), (1.6, 0.0, [[0, 1], [0, -1]]),
     ):  # fmt: skip
         assert clearance_over_time(plane, motion, [0.0, 1.0], margin, error).pairs.tolist() == pairs
+    assert clearance_over_time(plane, motion, [0.0, 1.0]).pairs.tolist() == []
     with pytest.raises(TrajectoryError, match="2 positioners, the focal plane 1"):
         clearance_over_time(plane.subset(np.array([0])), motion, [0.0, 1.0])

@@ -5,6 +5,7 @@ import pytest
 
 import fiberplan as fp
 from fiberplan.certificates import proven_excluded, proven_unreachable
+from fiberplan.certificates.unreachable import decided
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.scenes.uniform import uniform_field
@@ -96,6 +97,20 @@ def test_passages_too_narrow_by_micrometres_are_found_closed():
     plan = fp.planners.Direct().plan(fp.Problem(plane, start[None], goal[None], 0.95))
     assert plan.faults() == []
     assert len(plan.having(fp.Outcome.ARRIVED)) == 1
+
+
+def test_whether_another_arm_finds_a_place_past_those_that_never_move_is_always_decided():
+    """Also where the box that it starts in may hold one, and a clear box beside it does."""
+    plane, found = fp.FocalPlane.hexagonal(1, 22.4), []
+    for seed in range(20):
+        start = np.array(uniform_field(plane, seed, 0.5))
+        goal = np.random.default_rng(seed).uniform(plane.lower, plane.upper)
+        for i, j in ((3, 0), (3, 4), (0, 3), (2, 3)):
+            alone = plane.replace(online=np.isin(np.arange(plane.n), [i, j]))
+            path, barrier = decided(alone, [j], {i: goal[i]}, start, 0.5)
+            found.append(path is not None)
+            assert (path is None) == (barrier is not None)
+    assert sum(found) > 40
 
 
 def test_a_goal_that_leaves_another_arm_no_place_is_proven_lost():
