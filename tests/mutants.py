@@ -52,7 +52,6 @@ TESTS = {  # the nearest first: most mutants die there
     "lost": "barrier_oracles",
     "safety": "safety_oracles",
     "clocks": "clock_oracles",
-    "reactions": "reaction_oracles",
     "tolerated": "tolerated_oracles",
     "guesses": "tolerated_oracles",
     "touching": "touching_oracles",
