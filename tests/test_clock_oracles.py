@@ -126,7 +126,7 @@ def test_boxes_are_halved_until_the_least_clearance_is_enclosed(margin, toleranc
 def test_near_the_margin_no_tolerance_is_left():
     plane, _, path = behind(1.2)
     exact = 1.2 - 20 * np.sin(0.02)
-    for spare in (2e-3, -2e-3):
+    for spare in (2e-2, -2e-2):
         ((low, high),) = judge_clocks(plane.arms, path, PAIR, np.zeros(2), exact - spare, 0.02, 0.5, 3.0)
         assert (low >= exact - spare) == (spare > 0)
         assert low <= exact <= high
