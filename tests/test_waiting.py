@@ -27,7 +27,7 @@ def reaching(who, rest=10.0):
 def found(plane, motion, longest, lacking=None):
     near = fp.verify(plane, motion, MARGIN)
     lacking = {each.pair: MARGIN - each.clearance for each in near.contacts} if lacking is None else lacking
-    return waits(plane, motion, lacking, MARGIN, np.zeros(plane.n), UNIT, longest)
+    return waits(plane, motion, lacking, MARGIN, np.zeros(plane.n), UNIT, [longest])
 
 
 def test_one_of_two_that_meet_waits_and_no_longer_than_it_has_to():

@@ -16,7 +16,7 @@ from fiberplan.hardware.controller import CONTROLLERS
 from fiberplan.plan import Plan
 from fiberplan.planners import Planner
 from fiberplan.problem import Problem
-from fiberplan.shaping.replanned import ROUNDS, Made, replanned
+from fiberplan.shaping.replanned import ROUNDS, UNIT, Made, replanned
 
 
 def fitted(plane: FocalPlane, controller: str) -> FocalPlane:
@@ -59,8 +59,7 @@ def plan_for(controller: str, planner: Planner, problem: Problem, rounds: int = 
                 lacking[each.pair] = max(lacking.get(each.pair, 0.0), proof.margin - each.clearance)
         return Made(kept, lacking)
 
-    unit = getattr(writes, "SEGMENT", None)
-    return replanned(planner, problem, made, rounds, *([] if unit is None else [unit]))
+    return replanned(planner, problem, made, rounds, getattr(writes, "SEGMENT", UNIT))
 
 
 def executed(controller: str, plan: Plan, **options: Any) -> Certificate:

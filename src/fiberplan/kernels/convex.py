@@ -88,11 +88,11 @@ def convex_distance(arms, frame_i, p, frame_j, q):
                 side, first, second = ax * by - ay * bx, bx * y - by * x, x * ay - y * ax
                 if side * first >= 0.0 and side * second >= 0.0:
                     return 0.0, 0.0, 0.0  # the origin is one of the differences
-                ux, uy, _ = _nearest_to_origin(ax, ay, x, y)
-                vx, vy, _ = _nearest_to_origin(bx, by, x, y)
-                if vx * vx + vy * vy < ux * ux + uy * uy:
-                    ax, ay = bx, by
             wx, wy, at_corner = _nearest_to_origin(ax, ay, x, y)
+            if corners == 2:
+                vx, vy, at_other = _nearest_to_origin(bx, by, x, y)
+                if vx * vx + vy * vy < wx * wx + wy * wy:
+                    ax, ay, wx, wy, at_corner = bx, by, vx, vy, at_other
             if at_corner:
                 ax, ay, corners = x, y, 1
             else:

@@ -17,6 +17,7 @@ from fiberplan.certificates.path import KNOT, Motion, as_motion
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.kernels.arms import ARM
 from fiberplan.motion import Trajectory
+from fiberplan.shaping.supply_load import stretches_of
 from fiberplan.tolerances import SLACK
 
 _LOOKS = 400  # at a pair, to show that it never meets: about as long as asking for some delays
@@ -102,6 +103,16 @@ def side_by_side(motions: Sequence[Trajectory]) -> Trajectory:
     offsets = np.cumsum([0, *np.concatenate([np.diff(motion.offsets) for motion in motions])])
     times, angles = (np.concatenate([getattr(motion, name) for motion in motions]) for name in ("times", "angles"))
     return Trajectory(offsets, times, angles)
+
+
+def begun_later(motion: Trajectory, later: np.ndarray) -> Trajectory:
+    """The motion in which each robot begins `later` (n,) [s]; who does has no rest after its last turn."""
+    moves, stops, owner = stretches_of(motion), np.full(motion.n, np.inf), motion.owner
+    late = later[moves.owner] > 0
+    stops[moves.owner[late]] = moves.end[late]  # the last one written is the latest
+    kept = motion.times <= stops[owner]
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner[kept], minlength=motion.n))])
+    return Trajectory(offsets, (motion.times + later[owner])[kept], motion.angles[kept])
 
 
 def _key(row: int, first: Begin, second: Begin) -> tuple[int, int, int, int]:

@@ -36,7 +36,7 @@ _MORE = 0.02  # [mm] each round, for a pair that came too near beyond what was m
 _ALL = 0.01  # [mm] for every arm in the second round, twice as much in each after it
 _SLOWER = 0.01  # of a joint's speed, in each round ...
 _PATIENT = 3  # ... after so many
-_UNIT = 0.1  # [s] in which who waits begins later, unless a controller has its own
+UNIT = 0.1  #: who waits begins later by a whole number of these, unless a controller has its own [s]
 _FEW = 12  # pairs, of which one each may wait,
 _WAITS = 4  # times after the planner was asked
 _WAITS_END = (1.0, 1.05)  # times the makespan, by which who waits has to end, in turn
@@ -83,7 +83,7 @@ def plan_for_motors(planner: Planner, problem: Problem, rounds: int = ROUNDS, **
 
 
 def replanned(
-    planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS, unit: float = _UNIT
+    planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int = ROUNDS, unit: float = UNIT
 ) -> Plan:
     """The planner's plan, mended and planned again until what motors make of it keeps the margin.
 
@@ -162,15 +162,14 @@ def _waiting(made: Made, make: Callable[[Plan], Made], unit: float) -> Made | No
     """The same with one of each pair waiting; None where that cannot help all, or takes the controller too long."""
     plan, problem = made.plan, made.plan.problem
     assert problem.position_error is not None  # set on construction
-    motion, error = plan.trajectory, problem.position_error
-    for part in _WAITS_END:
-        later = waits(problem.plane, motion, made.lacking, problem.margin, error, unit, part * plan.makespan)
-        if later is not None:
-            try:
-                return make(dataclasses.replace(plan, trajectory=beginning_later(motion, later)))
-            except PlanError:
-                break
-    return None
+    motion, longest = plan.trajectory, [part * plan.makespan for part in _WAITS_END]
+    later = waits(problem.plane, motion, made.lacking, problem.margin, problem.position_error, unit, longest)
+    if later is None:
+        return None
+    try:
+        return make(dataclasses.replace(plan, trajectory=beginning_later(motion, later)))
+    except PlanError:
+        return None
 
 
 def _badness(made: Made) -> tuple[bool, float, int]:

@@ -15,7 +15,7 @@ from fiberplan.certificates import Certificate, verify
 from fiberplan.errors import TrajectoryError
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.motion import Trajectory
-from fiberplan.shaping.delayed_pairs import Begin, DelayedPairs, side_by_side
+from fiberplan.shaping.delayed_pairs import Begin, DelayedPairs, begun_later, side_by_side
 from fiberplan.shaping.delays import Delays
 from fiberplan.shaping.hurried import hurried
 from fiberplan.shaping.supply_load import Stretches, most_at_once, numbered, stretches_of, time_window
@@ -186,16 +186,10 @@ def _shorten(within: Callable[[float], bool], least: float) -> None:
 
 
 def _begun(every: Trajectory, given: Trajectory, begins: Sequence[Begin]) -> Trajectory:
-    """The motion in which each robot moves as it begins; who begins later has no rest after its last turn."""
+    """The motion in which each robot moves as it begins."""
     n = given.n
     motion = every.select(np.arange(n) + n * np.array([begin.path for begin in begins]))
-    later, owner = np.array([begin.later / 1000 for begin in begins]), motion.owner
-    moves, stops = stretches_of(motion), np.full(n, np.inf)
-    late = later[moves.owner] > 0
-    stops[moves.owner[late]] = moves.end[late]  # the last one written is the latest
-    kept = motion.times <= stops[owner]
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner[kept], minlength=n))])
-    return Trajectory(offsets, (motion.times + later[owner])[kept], motion.angles[kept])
+    return begun_later(motion, np.array([begin.later / 1000 for begin in begins]))
 
 
 def _shortest(moves: Stretches, limit: float, window: float) -> float:
