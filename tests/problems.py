@@ -6,7 +6,7 @@ import pytest
 import fiberplan as fp
 from fiberplan.focal_plane.bodies import Body, Obstacle
 from fiberplan.focal_plane.inverse_kinematics import solutions
-from fiberplan.planners.direct.improving import shorten
+from fiberplan.planners.direct import improving
 from fiberplan.scenes import decisive
 from fiberplan.scenes.decisive import PITCH
 from fiberplan.scenes.uniform import uniform_field
@@ -172,7 +172,8 @@ def keeps_its_solution_when_interrupted(search, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(search, "attempt", interrupted)
+    monkeypatch.setattr(improving, "_hurry", lambda *arguments: None)
     with pytest.raises(KeyboardInterrupt):
-        shorten(search, lambda: True)
+        improving.shorten(search, lambda: True)
     np.testing.assert_array_equal(search.lattice.path, path)
     return search.steps == before and search.touching == 0

@@ -10,6 +10,8 @@ from fiberplan.planners.direct.contacts import find_contacts
 from fiberplan.planners.direct.search import DirectSearch
 from fiberplan.planners.direct.shortcuts import arrivals, hurried
 from fiberplan.planners.direct.trim import as_trajectory
+from fiberplan.planners.shared import threads
+from fiberplan.planners.shared.threads import at_once
 from fiberplan.scenes.decisive import pinwheel
 from problems import field_to_field
 
@@ -30,6 +32,32 @@ def contacts(search, path, limit):
     every = np.arange(len(touching))
     find_contacts(search.plane.arms, lattice, search.pairs, every, limit, path.shape[1] - 1, touching)
     return int((touching > 0).sum())
+
+
+def test_clusters_that_share_a_member_wait_for_each_other():
+    assert untangle.apart([[1, 2], [2, 3], [4, 5], [3, 6], [5, 7]]) == [[1, 2], [4, 5], [3, 6]]
+    assert untangle.apart([[1, 2], [1, 2]]) == [[1, 2]]
+    assert untangle.apart([]) == []
+
+
+def test_what_is_done_at_once_comes_in_order_and_its_errors_come_out():
+    assert at_once([lambda k=k: k for k in range(20)]) == list(range(20))
+    assert at_once([]) == []
+    with pytest.raises(ZeroDivisionError):
+        at_once([lambda: 1, lambda: 1 // 0])
+
+
+def test_clusters_are_untangled_alike_by_any_number_of_threads(monkeypatch):
+    paths = []
+    for count in (1, 3):
+        monkeypatch.setattr(threads, "cores", lambda count=count: count)
+        search = searching(field_to_field(margin=1.5))
+        clusters = [search.pairs[pair].tolist() for pair in search.in_contact]
+        assert len(untangle.apart(clusters)) >= 5
+        moved = search._untangle(search.in_contact, 2, search.most_steps)
+        assert moved >= 10
+        paths.append(search.lattice.path[:, : search.steps + 1].copy())
+    np.testing.assert_array_equal(*paths)
 
 
 def test_what_is_not_found_at_random_is_found_by_way_of_folded(monkeypatch):

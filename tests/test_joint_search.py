@@ -7,7 +7,7 @@ import fiberplan as fp
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.greedy_fold.walker import Walker
 from fiberplan.planners.shared.clusters import clusters
-from fiberplan.planners.shared.rrt_connect import joint_path
+from fiberplan.planners.shared.rrt_connect import _nearest, joint_path
 from fiberplan.planners.shared.straighten import straighten
 from fiberplan.problem.resting import place_the_rest
 from fiberplan.scenes.decisive import row
@@ -45,6 +45,17 @@ def test_two_arms_exchange_sides(seed):
     motion = as_motion(plane, angles, members, path)
     assert fp.verify(plane, motion, 0.3).ok
     assert not fp.verify(plane, as_motion(plane, angles, members, (path[0][[0, -1]], path[1][[0, -1]])), 0.3).ok
+
+
+@pytest.mark.small
+def test_a_tree_grows_from_the_node_that_is_nearest_in_time():
+    """By the joint that takes longest; of equal nodes from the first."""
+    rng = np.random.default_rng(0)
+    nodes, slowness = rng.integers(-4, 5, (60, 4)).astype(float), np.array([1.0, 0.5, 2.0, 0.25])
+    for count in range(1, len(nodes) + 1):
+        goal = rng.integers(-4, 5, 4).astype(float)
+        times = (np.abs(nodes[:count] - goal) * slowness).max(axis=1)
+        assert _nearest(nodes, count, goal, slowness) == times.argmin()
 
 
 def test_no_way_is_said_and_blamed():

@@ -166,7 +166,7 @@ def pushed(problem, monkeypatch, attempts, **settings):
 
 
 def test_without_headway_paths_get_longer_and_clusters_are_untangled(monkeypatch):
-    search, untangled = pushed(narrow_exchange(), monkeypatch, 4, PATIENCE=5, _LITTLE_PATIENCE=5)
+    search, untangled = pushed(narrow_exchange(), monkeypatch, 4, PATIENCE=5)
     least = search.steps
     assert search.run(10_000, lambda: True)
     assert search.steps >= least + 4

@@ -32,17 +32,17 @@ Algorithm                                                             here
         of its own, off which it is taken where others get stuck        `paths.Paths.take_off_ways`,
         on it; the last two pairs of C: joint paths of them and of      `search.DirectSearch.attempt`,
         more and more around them, in as many steps                     `untangle.untangled`
-12    if C gets no smaller in 300 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
-        and clusters of 3 to 8 around pairs of C get joint paths:       `untangle.untangled`: RRT-Connect, or
-        by chance or by way of folded, with shortcuts                   the fold hub of the few; `shortcuts`
+12    if C gets no smaller in 100 replans: K grows by 3, 6, 9, ... %  `search.DirectSearch.run`,
+        and clusters of 3 to 8 around pairs of C get joint paths, at  `untangle.untangled`: RRT-Connect, or
+        the same time: by chance or by way of folded, with shortcuts  the fold hub of the few; `shortcuts`
 13    if work or K is used up: clusters of 8 once; then the goals     `settling.settle`,
         of least total priority that have a part in all of C are        `problem.least_cover.least_loss`
         given up, and the search goes on; before that, another          `narrow.makes_room`
         configuration that counts as one of them is tried
-14  while K is more than anyone is known to need: half as much more,  `improving.shorten`
-      with late positioners replanned, and 5 to 11 again; back to the
-      last solution where that gets stuck; at last, shortcuts of who    `shortcuts.hurried`
-      is late and of those that refuse it others
+14  while K is more than anyone is known to need: shortcuts of who    `improving.shorten`, `shortcuts.hurried`
+      is late and of those that refuse it others; then half as much
+      more, with late positioners replanned, and 5 to 11 again; back
+      to the last solution where that gets stuck
 15  with `min_reaction`: C also holds pairs of which one is where     `improving.react`,
       the other is up to so many steps earlier or later, and line 9     `contacts.late_contacts`,
       blocks such nodes; 5 to 14 again, without shortcuts               `blocked_nodes.mark_blocked`

@@ -13,7 +13,7 @@ from fiberplan.planners.direct.search import PATIENCE, SMALLEST_CLUSTER, DirectS
 from fiberplan.planners.direct.shortcuts import arrivals, hurried
 from fiberplan.tolerances import SLACK
 
-_CUTS = 8  # tries to make a solution shorter,
+_CUTS = 4  # tries to make a solution shorter,
 _LEAST_CUT_WORK = 500  # for as much work as it took to find it, and at least this
 _SHORTCUTS = 60  # for each of those that hurry together
 _IN_VAIN = 200  # times that one who arrives last hurries, before that is given up
@@ -25,22 +25,32 @@ _LATEST = 2.0  # times as many steps as without, for arms that may be late, at m
 
 
 def shorten(search: DirectSearch, proceed: Callable[[], bool]) -> None:
-    """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far."""
+    """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far.
+
+    Shortcuts come first, since they are soon done, and again where the rest has found other paths.
+    """
+    _hurry(search, proceed)
+    before = search.steps
+    _cut(search, proceed)
+    if search.steps < before:
+        _hurry(search, proceed)
+
+
+def _cut(search: DirectSearch, proceed: Callable[[], bool]) -> None:
+    """Look for a solution with half as many steps too many; where that gets stuck, a quarter, and so on."""
     best, most, tries = search.solution, search.work + max(search.work, _LEAST_CUT_WORK), _CUTS
-    cut = best.steps - search.least_steps
+    cut = (best.steps - search.least_steps + 1) // 2
     try:
         while cut >= 1 and tries and search.work < most and proceed():
             tries -= 1
             search.cut(best, best.steps - cut)
             if _is_repaired(search, proceed):
                 best = search.solution
-                cut = best.steps - search.least_steps
+                cut = (best.steps - search.least_steps + 1) // 2
             else:
                 cut //= 2
     finally:
         search.go_back_to(best)
-    if search.lattice.delay == 0:  # shortcuts know nothing of who is late
-        _hurry(search, proceed)
 
 
 def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:

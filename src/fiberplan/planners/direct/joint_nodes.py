@@ -11,7 +11,7 @@ import numpy as np
 
 from fiberplan.kernels.compile import inlined, leaf
 from fiberplan.planners.direct.blocked_nodes import bit, blocked_betas, holds, node_frame
-from fiberplan.planners.direct.lattice import between, window
+from fiberplan.planners.direct.lattice import between, window, window_of
 
 _NONE = np.uint64(0)
 _ONE = np.uint64(1)
@@ -72,7 +72,7 @@ def joint_words(lattice, i, j, steps, begins):
     return begins[steps + 1]
 
 
-@inlined
+@leaf
 def look(arms, lattice, i, a, b, j, c, apart):
     """The betas of positioner j at its alpha node c at which it keeps the clearance `apart` from i at node (a, b).
 
@@ -110,63 +110,95 @@ def forget_clear(lattice, i, j, steps, words, again):
 
 
 @inlined
-def _add_shifted(source, shift, target):
-    """Add the words of `source` to those of `target` that lie `shift` words before them: rows, word by word."""
-    words, added = target[max(0, -shift) :], source[max(0, shift) :]
-    for c in range(min(len(words), len(added))):
-        words[c] |= added[c]
+def _spread(words, first, stride, pace, spread):
+    """Fill `spread` with words from `first` on, and with those up to `pace` times `stride` before and after each."""
+    before, here, after = words[first - stride :], words[first:], words[first + stride :]
+    for m in range(len(spread)):
+        spread[m] = before[m] | here[m] | after[m]
+    for far in range(2, pace + 1):
+        before, after = words[first - far * stride :], words[first + far * stride :]
+        for m in range(len(spread)):
+            spread[m] |= before[m] | after[m]
+
+
+@inlined
+def _join(planes, first, last, joined):
+    """Fill `joined` (m,) with what is in any of rows `first` to `last` of `planes`."""
+    one, two, three = planes[first], planes[min(first + 1, last)], planes[min(first + 2, last)]
+    for m in range(len(joined)):
+        joined[m] = one[m] | two[m] | three[m]
+    for x in range(first + 3, last + 1):
+        more = planes[x]
+        for m in range(len(joined)):
+            joined[m] |= more[m]
 
 
 @leaf
-def advance(arms, lattice, i, j, k, steps, reach, here, there, turned, apart, blocked_i, blocked_j):
-    """Fill block `there` of `reach` with where both can be after step k + 1; returns whether anywhere.
+def _turn_both(lattice, i, j, k, steps, here, scratch):
+    """Fill `scratch.planes` with where both can be after step k + 1 but for the alpha of i; block `here` is before.
+
+    A plane for every alpha of i after step k: a row for every beta that it can have after step k + 1, and in it a word
+    for every alpha of j after that step, with as many on either side as j's alpha may turn in a step: those are to be
+    left alone.
+    """
+    low_i, high_i = window(lattice, i, k, steps)
+    low_b, high_b = window_of(lattice, i, 1, k, steps)
+    low_j, high_j = window(lattice, j, k, steps)
+    next_low_b, next_high_b = window_of(lattice, i, 1, k + 1, steps)
+    next_low_j, next_high_j = window(lattice, j, k + 1, steps)
+    pace_b, pace_c, pace_d = lattice.pace[i, 1], lattice.pace[j, 0], lattice.pace[j, 1]
+    row = max(next_high_j - next_low_j + 1, 0) + 2 * pace_c
+    top = min(low_b, next_low_b) - pace_b  # the beta of the first row of a plane that is large enough for all
+    size = (max(high_b, next_high_b) + pace_b - top + 1) * row
+    from_c, to_c = max(low_j, next_low_j - pace_c), min(high_j, next_high_j + pace_c)
+    before, turned = scratch.before, scratch.turned
+    for a in range(low_i, high_i + 1):
+        for m in range(size + 2 * pace_c):
+            before[m] = _NONE
+        for b in range(low_b, high_b + 1):
+            at, to = row_of(here, a, b) + from_c, pace_c + (b - top) * row + pace_c + from_c - next_low_j
+            for m in range(to_c - from_c + 1):
+                before[to + m] = scratch.reach[at + m]
+        _spread(before, pace_c, 1, pace_c, turned[pace_c : pace_c + size])
+        for _ in range(pace_d):
+            for m in range(pace_c, pace_c + size):
+                turned[m] |= (turned[m] << _ONE) | (turned[m] >> _ONE)
+        first, count = pace_c + (next_low_b - top) * row, max(next_high_b - next_low_b + 1, 0) * row
+        _spread(turned, first, row, pace_b, scratch.planes[a - low_i, :count])
+
+
+@leaf
+def advance(arms, lattice, i, j, k, steps, here, there, scratch, apart, blocked_i, blocked_j):
+    """Fill block `there` of `scratch.reach` with where both can be after step k + 1; returns whether anywhere.
 
     Block `here` says where they can be after step k; `blocked_i` and `blocked_j` (A,) are the nodes of either that are
-    blocked after step k + 1. Whole rows are joined at a time, which the compiler does several words at once. Whether
+    blocked after step k + 1. Whole planes are joined at a time, which the compiler does several words at once. Whether
     the two keep `apart` is looked up where they can get.
     """
     low_i, high_i = window(lattice, i, k, steps)
-    low_j, high_j = window(lattice, j, k, steps)
     next_low_i, next_high_i = window(lattice, i, k + 1, steps)
+    next_low_b, next_high_b = window_of(lattice, i, 1, k + 1, steps)
     next_low_j, next_high_j = window(lattice, j, k + 1, steps)
-    betas = lattice.size[i, 1]
-    pace_a, pace_b = lattice.pace[i, 0], lattice.pace[i, 1]
-    pace_c, pace_d = lattice.pace[j, 0], lattice.pace[j, 1]
-    width, turned_width = max(high_j - low_j + 1, 0), max(next_high_j - next_low_j + 1, 0)
-    turned_block = Block(0, low_i, next_low_j, betas, turned_width)
-    for a in range(low_i, high_i + 1):
-        for b in range(betas):
-            at, to = row_of(here, a, b) + low_j, row_of(turned_block, a, b) + next_low_j
-            before, now = reach[at : at + width], turned[0, to : to + turned_width]
-            now[:] = _NONE
-            for shift in range(next_low_j - low_j - pace_c, next_low_j - low_j + pace_c + 1):
-                _add_shifted(before, shift, now)
-            for _ in range(pace_d):
-                for c in range(len(now)):
-                    now[c] |= (now[c] << _ONE) | (now[c] >> _ONE)
-        for b in range(betas):
-            to = row_of(turned_block, a, b) + next_low_j
-            now = turned[1, to : to + turned_width]
-            now[:] = _NONE
-            for y in range(max(b - pace_b, 0), min(b + pace_b, betas - 1) + 1):
-                at = row_of(turned_block, a, y) + next_low_j
-                _add_shifted(turned[0, at : at + turned_width], 0, now)
-    anywhere = _NONE
-    shut = blocked_j[next_low_j : next_low_j + turned_width]
+    if high_i < low_i:
+        return False
+    pace_a, pace_c = lattice.pace[i, 0], lattice.pace[j, 0]
+    width = max(next_high_j - next_low_j + 1, 0)
+    row = width + 2 * pace_c
+    _turn_both(lattice, i, j, k, steps, here, scratch)
+    anywhere, joined = _NONE, scratch.turned[: max(next_high_b - next_low_b + 1, 0) * row]
+    shut = blocked_j[next_low_j : next_low_j + width]
     for a in range(next_low_i, next_high_i + 1):
-        for b in range(betas):
+        _join(scratch.planes, max(a - pace_a, low_i) - low_i, min(a + pace_a, high_i) - low_i, joined)
+        for b in range(lattice.size[i, 1]):
             to = row_of(there, a, b) + next_low_j
-            now = reach[to : to + turned_width]
-            now[:] = _NONE
-            if holds(blocked_i[a], b):
+            now = scratch.reach[to : to + width]
+            if holds(blocked_i[a], b) or b < next_low_b or b > next_high_b:
+                now[:] = _NONE
                 continue
-            for x in range(max(a - pace_a, low_i), min(a + pace_a, high_i) + 1):
-                at = row_of(turned_block, x, b) + next_low_j
-                _add_shifted(turned[1, at : at + turned_width], 0, now)
-            at = row_of(apart.block, a, b) + next_low_j
-            free, unseen = apart.words[at : at + turned_width], _NONE
+            at, mine = row_of(apart.block, a, b) + next_low_j, (b - next_low_b) * row + pace_c
+            free, got, unseen = apart.words[at : at + width], joined[mine : mine + width], _NONE
             for c in range(len(now)):
-                now[c] &= ~shut[c]
+                now[c] = got[c] & ~shut[c]
                 unseen |= free[c] if now[c] != _NONE else _NONE
             if unseen & UNSEEN != _NONE:
                 for c in range(len(now)):

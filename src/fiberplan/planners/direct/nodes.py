@@ -14,6 +14,8 @@ from fiberplan.tolerances import UNDER_LIMIT
 
 MOST_BETAS = 64  #: there are fewer nodes of the second joint: a set of them, and a mark, is one machine word
 MOST_STEPS = 128  #: of the move that takes longest; beyond that steps last longer, and nodes lie farther apart
+PACES = np.array([(1, 1), (2, 2), (4, 2)])  #: nodes that alpha and beta may go in a step, by fineness
+MOST_PACE = int(PACES.max())
 _ASIDE = 2.0 * np.pi  # [rad] beyond start and goal that an alpha may turn on its path: once around
 _SAME = 1e-12  # [rad] a node this close to the start is the start
 

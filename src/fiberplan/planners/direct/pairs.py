@@ -181,7 +181,7 @@ def move_jointly(arms, near, lattice, i, j, words, table, limits, respect, varie
     for k in range(steps):
         there, _ = block_after(lattice, i, j, k + 1, steps, begins[k + 1])
         shut, shut_other = blocked[k + 1], blocked_other[k + 1]
-        if not advance(arms, lattice, i, j, k, steps, reach, here, there, scratch.turned, apart, shut, shut_other):
+        if not advance(arms, lattice, i, j, k, steps, here, there, scratch, apart, shut, shut_other):
             return False
         here = there
     if not _joint_end(lattice, i, j, reach, here, steps, scratch.end):
@@ -213,7 +213,7 @@ def steps_alone(arms, near, lattice, i, j, apart, limit, scratch, most):
     here, there = known.block, Block(size, 0, 0, lattice.size[i, 1], lattice.size[j, 0])
     start_in(lattice, i, j, reach, here, size)
     for k in range(most):
-        advance(arms, lattice, i, j, k, _UNBOUNDED, reach, here, there, scratch.turned, known, blocked_i, blocked_j)
+        advance(arms, lattice, i, j, k, _UNBOUNDED, here, there, scratch, known, blocked_i, blocked_j)
         low_i, high_i = window(lattice, i, k + 1, _UNBOUNDED)
         low_j, high_j = window(lattice, j, k + 1, _UNBOUNDED)
         grown = False

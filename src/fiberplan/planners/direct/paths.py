@@ -8,7 +8,7 @@ from fiberplan.arrays import read_only
 from fiberplan.focal_plane.neighbours import Neighbourhood
 from fiberplan.planners.direct.contacts import find_contacts
 from fiberplan.planners.direct.lattice import Lattice, lengthened, make_lattice, on_its_way, refined
-from fiberplan.planners.direct.nodes import MOST_STEPS, step_length
+from fiberplan.planners.direct.nodes import MOST_STEPS, PACES, step_length
 from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.repair import (
     SOLVED,
@@ -28,8 +28,7 @@ from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _LONGEST = 4  # times the steps that the slowest joint needs, unless `max_time` says otherwise
 _JOINT_WORDS = 100_000  # of a joint replan that take as long as a single one
-_PACES = np.array([(1, 1), (2, 2), (4, 2)])  # nodes that alpha and beta may go in a step, by fineness
-FINEST = len(_PACES) - 1  #: fineness of a lattice
+FINEST = len(PACES) - 1  #: fineness of a lattice
 ON_ITS_WAY = FINEST + 1  #: in place of a fineness: there is nothing but one way
 
 
@@ -197,7 +196,7 @@ class Paths:
     def change_fineness(self, who: np.ndarray, fineness: np.ndarray) -> None:
         """Give positioners `who` (m,) lattices of a `fineness` (m,), finer or coarser; their paths stay as they are."""
         self.fineness[who] = fineness
-        pace, start = _PACES[fineness], self.problem.start
+        pace, start = PACES[fineness], self.problem.start
         self.lattice = refined(self.lattice, self.plane, who, pace, start, self.goal, self.duration, *self._spacing)
         self._forget(who)
 

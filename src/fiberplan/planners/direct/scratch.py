@@ -7,6 +7,7 @@ import numpy as np
 from fiberplan.kernels.compile import leaf
 from fiberplan.planners.direct.joint_nodes import forget_clear
 from fiberplan.planners.direct.lattice import Lattice
+from fiberplan.planners.direct.nodes import MOST_PACE
 from fiberplan.planners.direct.remembered import Remembered, remember
 
 _MOST_WORDS = 2**26  # of joint nodes that are kept: 512 MiB; a pair that needs more is not moved jointly
@@ -39,7 +40,9 @@ class Scratch(NamedTuple):
     trig_other: np.ndarray
     reach: np.ndarray  # (words,) uint64: joint nodes after each step
     begins: np.ndarray  # (steps + 2,) where those of each step begin
-    turned: np.ndarray  # (2, A B A) uint64
+    before: np.ndarray  # (words,) uint64: those nodes for one alpha, with room around them
+    turned: np.ndarray  # the same
+    planes: np.ndarray  # (A, words) uint64: the same for each alpha
     clear: np.ndarray  # (tables, A B A) uint64: where pairs clear each other, of the pairs moved jointly last
     clear_for: np.ndarray  # (tables,) TABLE: of which pair, and so on
     end: np.ndarray  # (4,)
@@ -61,6 +64,7 @@ def make_scratch(lattice: Lattice, neighbours: int, before: Scratch | None = Non
         clear, tables = before.clear, before.clear_for
     else:
         clear = np.empty((len(tables), a * b * a), word)
+    plane = (b + 2 * MOST_PACE) * (a + 2 * MOST_PACE) + 2 * MOST_PACE
     return Scratch(
         price=np.empty((k, a, b), np.float32),
         cost=np.empty((k, a, b), np.float32),
@@ -73,7 +77,9 @@ def make_scratch(lattice: Lattice, neighbours: int, before: Scratch | None = Non
         trig_other=np.empty((a, b + 1, 2)),
         reach=np.empty(min(_MOST_WORDS, k * a * b * a), word),
         begins=np.empty(k + 1, np.int64),
-        turned=np.empty((2, a * b * a), word),
+        before=np.empty(plane, word),
+        turned=np.empty(plane, word),
+        planes=np.empty((a, plane), word),
         clear=clear,
         clear_for=tables,
         end=np.empty(4, np.int64),

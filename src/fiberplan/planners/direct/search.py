@@ -6,6 +6,7 @@ touches when time or work is up gives up goals: of the least total priority that
 """
 
 from collections.abc import Callable, Iterable
+from functools import partial
 
 import numpy as np
 
@@ -21,11 +22,10 @@ from fiberplan.planners.direct.pairs import UNKNOWN
 from fiberplan.planners.direct.paths import ON_ITS_WAY, Paths
 from fiberplan.planners.direct.repair import SOLVED, SPENT, TOO_SHORT
 from fiberplan.planners.direct.settling import give_up_one_of, settle
-from fiberplan.planners.direct.untangle import cluster_around, untangled
+from fiberplan.planners.direct.untangle import apart, cluster_around, untangled
+from fiberplan.planners.shared.threads import at_once
 
-PATIENCE = 300  #: work in which the contacts do not get fewer, before there are more steps
-_LITTLE_PATIENCE = 100  # the same, after as many of ...
-_LENGTHENED = 4  # ... such times: what is left is seldom to be helped
+PATIENCE = 100  #: work in which the contacts do not get fewer, before there are more steps
 SMALLEST_CLUSTER = 2
 _LARGEST_CLUSTER = 8  # moved jointly
 _CHUNK = 50  # replans between two checks of the clock
@@ -75,7 +75,7 @@ class DirectSearch(Paths):
         fewest, stuck, growth, last_resort = self.touching, 0, 1, False
         self.cluster_size = SMALLEST_CLUSTER
         while proceed():
-            before, patience = self.work, PATIENCE if growth <= _LENGTHENED else _LITTLE_PATIENCE
+            before = self.work
             result = self.attempt()
             if result == SOLVED:
                 return True
@@ -84,13 +84,13 @@ class DirectSearch(Paths):
                 stuck, self.cluster_size = 0, SMALLEST_CLUSTER
             if result == TOO_SHORT:
                 self._lengthen_for(self.short_pair)
-            elif self.work > budget or (stuck > patience and self.steps >= self.most_steps):
+            elif self.work > budget or (stuck > PATIENCE and self.steps >= self.most_steps):
                 rescued = 0 if last_resort else self._untangle(self.in_contact, _LARGEST_CLUSTER, self.most_steps)
                 last_resort = True
                 rescued = rescued or makes_room(self, np.unique(self.pairs[self.in_contact]))
                 budget = max(budget, self.work) + _SECOND_WIND * (rescued or len(settle(self)))
                 fewest, stuck = self.touching, 0
-            elif stuck > patience:
+            elif stuck > PATIENCE:
                 if growth > 2:
                     longest = int(self.steps * (1 + _LONGER * growth**2))
                     self._untangle(self.in_contact, min(growth, _LARGEST_CLUSTER), longest)
@@ -111,27 +111,35 @@ class DirectSearch(Paths):
         return result
 
     def _untangle(self, pairs: Iterable[int], size: int, most: int) -> int:
-        """Put clusters of `size` around some pairs on joint paths of at most so many steps; how many move now."""
-        search, goal = self.search, self.goal
+        """Put clusters of `size` around some pairs on joint paths of at most so many steps; how many move now.
+
+        Clusters that have no member in common are searched at the same time.
+        """
+        movable = [[i for i in self.pairs[pair].tolist() if not self.lattice.fixed[i]] for pair in pairs]
+        left = [cluster_around(core, size, self.near, self.search, self.lattice) for core in movable]
         taken: set[int] = set()
-        for pair in pairs:
-            movable = [i for i in self.pairs[pair].tolist() if not self.lattice.fixed[i]]
-            members = cluster_around(movable, size, self.near, search, self.lattice)
-            if taken & set(members):
-                continue
-            ends = np.where(np.isnan(goal[members]), self.lattice.path[members, -1], goal[members])
-            margin, seed = self.problem.margin, int(search.state[0] % np.uint64(2**31))
-            path = untangled(self.plane, self.pairs, self.lattice, members, ends, margin, self.duration, seed)
-            if path is None or len(path) - 1 > min(most, self.most_steps):
-                continue
-            taken |= set(members)
-            self.lengthen(len(path) - 1)
-            at_rest = np.repeat(path[-1:], self.steps + 1 - len(path), axis=0)
-            self.lattice.path[members] = np.concatenate([path, at_rest]).swapaxes(0, 1)
-            search.held[members] = _HELD
+        while left:
+            clusters = apart(left)
+            left = [members for members in left if members not in clusters]
+            for members, path in zip(clusters, at_once([partial(self._joint_path, m) for m in clusters]), strict=True):
+                if path is None or len(path) - 1 > min(most, self.most_steps):
+                    continue
+                taken |= set(members)
+                self.lengthen(len(path) - 1)
+                at_rest = np.repeat(path[-1:], self.steps + 1 - len(path), axis=0)
+                self.lattice.path[members] = np.concatenate([path, at_rest]).swapaxes(0, 1)
+                self.search.held[members] = _HELD
+            left = [members for members in left if not taken & set(members)]
         if taken:
             self.update_contacts(np.array(sorted(taken)))
         return len(taken)
+
+    def _joint_path(self, members: list[int]) -> np.ndarray | None:
+        """A joint path (m, k, 2) [rad] of a cluster as if nobody else moved, if one is found."""
+        goal, state = self.goal[members], self.search.state
+        ends = np.where(np.isnan(goal), self.lattice.path[members, -1], goal)
+        margin, seed = self.problem.margin, int(state[0] % np.uint64(2**31))
+        return untangled(self.plane, self.pairs, self.lattice, members, ends, margin, self.duration, seed)
 
     def _lengthen_for(self, pair: int) -> None:
         """Find how many steps a pair needs that cannot be moved jointly; give up one of its goals if too many."""

@@ -6,6 +6,8 @@ else has to find a path around it. Small groups are searched by RRT-Connect in t
 takes long, but is found where passages are too narrow to be met at random. Shortcuts then take most of the detour out.
 """
 
+from functools import partial
+
 import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
@@ -16,6 +18,7 @@ from fiberplan.planners.direct.shortcuts import hurried
 from fiberplan.planners.direct.trim import in_parts
 from fiberplan.planners.greedy_fold.fold import Folding
 from fiberplan.planners.shared.rrt_connect import joint_path
+from fiberplan.planners.shared.threads import at_once
 from fiberplan.tolerances import SLACK, UNDER_LIMIT
 
 _DRAWS = 2  # searches, of which the shortest path is taken
@@ -36,6 +39,15 @@ def cluster_around(core: list[int], size: int, near: Neighbourhood, search: Sear
                 trouble[j] = trouble.get(j, 0.0) + float(search.weight[entry["pair"]])
     others = sorted(trouble, key=lambda j: (-trouble[j], j))[: size - len(core)]
     return sorted([*core, *others])
+
+
+def apart(clusters: list[list[int]]) -> list[list[int]]:
+    """Those of `clusters` that have no member in common with one before them, from the first on."""
+    chosen: list[list[int]] = []
+    for members in clusters:
+        if all(set(members).isdisjoint(others) for others in chosen):
+            chosen.append(members)
+    return chosen
 
 
 def untangled(
@@ -69,11 +81,11 @@ def untangled(
     kept = pairs[(inside[pairs[:, 0]] & seen[pairs[:, 1]]) | (inside[pairs[:, 1]] & seen[pairs[:, 0]])]
     alone = Neighbourhood.from_pairs(len(lattice.fixed), kept)
     standing, who, standers = np.array(lattice.path[: plane.n, 0]), np.array(members), np.unique(kept)
-    ways = [_by_way_of_folded(plane, alone, who, standing, goal, margin, seed)]
+    searches = [partial(_by_way_of_folded, plane, alone, who, standing, goal, margin, seed)]
     for draw in range(seed, seed + _DRAWS) if len(members) <= _FEW else ():
-        ways.append(joint_path(plane, alone, who, standing, goal, margin, draw, _NODES)[0])
+        searches.append(partial(_at_random, plane, alone, who, standing, goal, margin, draw))
     found = []
-    for times, angles in (way for way in ways if way is not None):
+    for times, angles in (way for way in at_once(searches) if way is not None):
         counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
         path = np.empty((len(lattice.path), 1 + counts.sum(), 2))  # of which only what is seen is ever touched
         path[standers] = lattice.path[standers, :1]
@@ -82,6 +94,19 @@ def untangled(
         arrival = hurried(plane, alone, path, who, margin + SLACK, duration, tries, state, blame)
         found.append(path[who, : arrival + 1].swapaxes(0, 1))
     return min(found, key=len, default=None)
+
+
+def _at_random(
+    plane: FocalPlane,
+    near: Neighbourhood,
+    members: np.ndarray,
+    standing: np.ndarray,
+    goal: np.ndarray,
+    margin: float,
+    seed: int,
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times (m,) [s] and angles (m, k, 2) [rad] of a path found at random; None if none was."""
+    return joint_path(plane, near, members, standing, goal, margin, seed, _NODES)[0]
 
 
 def _by_way_of_folded(

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiberplan.focal_plane import FocalPlane
 from fiberplan.focal_plane.neighbours import Neighbourhood
-from fiberplan.kernels.compile import kernel, leaf
+from fiberplan.kernels.compile import inlined, kernel, leaf
 from fiberplan.kernels.randoms import uniform
 from fiberplan.kernels.sweep import swept_clear
 from fiberplan.tolerances import SLACK
@@ -49,26 +49,36 @@ def _edge_is_clear(arms, near, rest, members, place, p, q, limit, blame):
     return True
 
 
-@leaf
-def _travel_time(p, q, speed):
-    """Time of an even move from p to q at the members' speeds."""
-    longest = 0.0
-    for d in range(len(p)):
-        longest = max(longest, abs(q[d] - p[d]) / speed[d])
+@inlined
+def _travel_time(p, q, slowness, enough):
+    """Time of an even move from p to q [s], or some time of at least `enough` where it takes that long."""
+    longest, d = 0.0, 0
+    while d < len(p) and longest < enough:
+        longest = max(longest, abs(q[d] - p[d]) * slowness[d])
+        d += 1
     return longest
 
 
 @leaf
-def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed, step, limit, reached, blame):
-    """Grow a tree one edge towards `goal`; returns how many nodes it has, and puts the new one in `reached`.
+def _nearest(nodes, count, goal, slowness):
+    """Of so many nodes the one from which an even move to `goal` is shortest."""
+    nearest, shortest = 0, np.inf
+    for k in range(count):
+        far = _travel_time(nodes[k], goal, slowness, shortest)
+        if far < shortest:
+            nearest, shortest = k, far
+    return nearest
+
+
+@leaf
+def _extend(
+    arms, near, rest, members, place, nodes, parent, nearest, count, goal, slowness, step, limit, reached, blame
+):
+    """Grow a tree one edge from node `nearest` towards `goal`; returns how many nodes it has, the new one the last.
 
     `reached[0]` is 1 if the goal itself was added, -1 if nothing could be; `reached[1]` counts the edges tested.
     """
-    nearest, shortest = 0, np.inf
-    for k in range(count):
-        far = _travel_time(nodes[k], goal, speed)
-        if far < shortest:
-            nearest, shortest = k, far
+    shortest = _travel_time(nodes[nearest], goal, slowness, np.inf)
     part = 1.0 if shortest <= step else step / shortest
     for _ in range(_SHORTENINGS):
         for d in range(len(goal)):
@@ -84,7 +94,7 @@ def _extend(arms, near, rest, members, place, nodes, parent, count, goal, speed,
 
 
 @kernel
-def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, speed, step, limit, seed, most, blame):
+def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, slowness, step, limit, seed, most, blame):
     """A chain of configurations (m, 2 k) from start to goal with clear edges; empty if none was found."""
     size = len(start)
     nodes = np.empty((2, most + 1, size))
@@ -112,9 +122,10 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
             place,
             nodes[side],
             parent[side],
+            _nearest(nodes[side], counts[side], target, slowness),
             counts[side],
             target,
-            speed,
+            slowness,
             step,
             limit,
             reached,
@@ -124,11 +135,13 @@ def _rrt_connect(arms, near, rest, members, place, start, goal, lower, upper, sp
             target[:] = nodes[side, counts[side] - 1]
             other = 1 - side
             reached[0] = 0
+            nearest = _nearest(nodes[other], counts[other], target, slowness)
             while reached[0] == 0 and counts[other] < most:
                 counts[other] = _extend(
-                    arms, near, rest, members, place, nodes[other], parent[other], counts[other], target, speed, step,
-                    limit, reached, blame,
+                    arms, near, rest, members, place, nodes[other], parent[other], nearest, counts[other], target,
+                    slowness, step, limit, reached, blame,
                 )  # fmt: skip
+                nearest = counts[other] - 1  # each is nearer than all before
             met = reached[0] == 1
         side = 1 - side
     if not met:
@@ -166,11 +179,11 @@ def _shorten(arms, near, rest, members, place, chain, limit, blame):
 
 
 @kernel
-def _subdivided(chain, speed, step):
+def _subdivided(chain, slowness, step):
     """The same chain with nodes at most `step` [s] apart."""
     pieces = np.empty(len(chain) - 1, np.int64)
     for k in range(len(chain) - 1):
-        pieces[k] = max(1, int(np.ceil(_travel_time(chain[k], chain[k + 1], speed) / step)))
+        pieces[k] = max(1, int(np.ceil(_travel_time(chain[k], chain[k + 1], slowness, np.inf) / step)))
     out = np.empty((pieces.sum() + 1, chain.shape[1]))
     count = 0
     for k in range(len(chain) - 1):
@@ -216,16 +229,17 @@ def joint_path(
     lower = np.maximum(plane.lower[members], folded - 2 * np.pi).ravel()
     upper = np.minimum(plane.upper[members], folded + 2 * np.pi).ravel()
     speed = plane.max_speed[members].ravel()
+    slowness = 1.0 / speed
     start, end = np.ascontiguousarray(angles[members]).ravel(), np.ascontiguousarray(goal, float).ravel()
     shared = (plane.arms, near, np.array(plane.with_obstacles(angles)), members, place)
     blame = np.zeros(len(plane.arms.arm), np.int64)
     step = _STEP / float(speed.max())
     limit = margin + SLACK
-    chain = _rrt_connect(*shared, start, end, lower, upper, speed, step, limit, np.uint64(seed), most, blame)
+    chain = _rrt_connect(*shared, start, end, lower, upper, slowness, step, limit, np.uint64(seed), most, blame)
     if not len(chain):
         return None, blame
     for _ in range(_ROUNDS):
-        chain = _shorten(*shared, _subdivided(chain, speed, step), limit, blame)
+        chain = _shorten(*shared, _subdivided(chain, slowness, step), limit, blame)
     spans = np.abs(np.diff(chain, axis=0) / speed).max(axis=1)
     moves = spans > _INSTANT  # the trees meet in a node of each, and members may be at their goal already
     chain = np.concatenate([chain[:1], chain[1:][moves]])
