@@ -8,6 +8,7 @@ Usage: python benchmarks/pairs.py COMMIT [--rounds N] [--case NAME]
 """
 
 import argparse
+import itertools
 import json
 import os
 import statistics
@@ -52,6 +53,13 @@ def cases() -> dict[str, Callable[[], Callable[[], Any]]]:
         """The first 500 of an array whose bodies are outlines."""
         return problem(fp.FocalPlane.load(name).subset(np.arange(500)), margin)
 
+    def crowded() -> Callable[[], Any]:
+        """Ten moves of 547 arms at a buffer of 2.5 mm, of which a few take long."""
+        plane = fp.FocalPlane.load("sayres2021")
+        fields = [uniform_field(plane, seed, 2.0) for seed in range(11)]
+        moves = [fp.Problem(plane, *ends, 2.0) for ends in itertools.pairwise(fields)]
+        return lambda: [fp.planners.Direct().plan(move) for move in moves]
+
     desi = {"lengths": (3.0, 3.0), "radius": 0.9, "max_speed": np.radians([180.0, 120.0])}
     return {
         "verify": lambda: proof(sayres()),
@@ -68,6 +76,7 @@ def cases() -> dict[str, Callable[[], Callable[[], Any]]]:
         ),
         "verify desi": lambda: proof(outlined("desi", 0.1)),
         "verify moons": lambda: proof(outlined("moons", 0.1)),
+        "direct 547": crowded,
         "direct desi": lambda: planned(fp.planners.Direct(), outlined("desi", 0.1)),
         "direct moons": lambda: planned(fp.planners.Direct(), outlined("moons", 0.1)),
     }

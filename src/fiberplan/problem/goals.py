@@ -1,5 +1,6 @@
 """Which goals are kept: one that cannot be is refused, or given up with its cause; least is lost for contacts."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from fiberplan.arrays import read_only
 from fiberplan.errors import ProblemError
+from fiberplan.focal_plane import FocalPlane
 from fiberplan.problem.faults import in_forbidden_place, named, out_of_range, refuse_touching, touch_text, touches
 from fiberplan.problem.least_cover import least_loss
 
@@ -20,6 +22,12 @@ class Dropped:
 
     cause: str
     blockers: tuple[int, ...] = ()  #: positioners it touches; -1 - k is obstacle k
+
+    @classmethod
+    def beside(cls, plane: FocalPlane, cause: str, arms: Iterable[int]) -> "Dropped":
+        """Given up for `arms` in its way, which the cause names."""
+        touched = tuple(plane.public(arm) for arm in arms)
+        return cls(f"{cause}: {' and '.join(map(plane.label, touched))}", touched)
 
 
 def settled_goals(problem: "Problem") -> tuple[np.ndarray, dict[int, Dropped]]:

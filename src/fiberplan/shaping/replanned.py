@@ -99,63 +99,87 @@ def replanned(
     Returns:
         the best plan, as `make` made it; its last note says how often it was planned and mended.
     """
-    best = latest = _tried(planner, problem, make, rounds, unit)
+    best = latest = _Trial(planner, problem, make, rounds, unit).done()
     asked, led, stubborn = latest.asked, latest.led, set(latest.best.lacking)
     for _ in range(_GIVEN_UP):
         stubborn = stubborn & set(latest.best.lacking) or set(latest.best.lacking)
         fewer = _without_those(problem, stubborn)
         if fewer is None:
             break
-        problem, latest = fewer, _tried(planner, fewer, make, rounds, unit)
+        problem, latest = fewer, _Trial(planner, fewer, make, rounds, unit).done()
         asked, led, best = asked + latest.asked, led + latest.led, min(best, latest, key=lambda one: _badness(one.best))
     anew = f", {led} pairs led past each other anew" if led else ""
     said = f"planned {asked} time{'s' if asked > 1 else ''}{anew}"
     return dataclasses.replace(best.best.plan, problem=best.problem, notes=(*best.best.plan.notes, said))
 
 
-class _Tried(NamedTuple):
-    """What came of one choice of goals."""
+class _Trial:
+    """What comes of one choice of goals: a plan that waits, is mended, and made anew, until all keep their distance."""
 
-    best: Made
-    problem: Problem  #: with that choice
-    asked: int  #: times that the planner was
-    led: int  #: pairs that were led past each other anew
+    def __init__(
+        self, planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int, unit: float
+    ) -> None:
+        self._planner, self.problem, self._make, self._rounds, self._unit = planner, problem, make, rounds, unit
+        self._most, self._given = _most_room(problem), np.zeros(problem.n)
+        self._left, self._waits_left, self._same = _MENDS, _WAITS, 0
+        self._plan = planner.plan(problem)
+        self._kept = self._plan.kept
+        self.asked = 1  #: times that the planner was
+        self.led = 0  #: pairs that were led past each other anew
+        self._made = self.best = make(self._plan)
+        self._tries = Counter(self._made.lacking.keys())
 
-
-def _tried(planner: Planner, problem: Problem, make: Callable[[Plan], Made], rounds: int, unit: float) -> _Tried:
-    most = _most_room(problem)
-    given = np.zeros(problem.n)
-    plan = planner.plan(problem)
-    made, asked, led, kept = make(plan), 1, 0, plan.kept
-    best, left, waits_left, same, tries = made, _MENDS, _WAITS, 0, Counter(made.lacking.keys())
-    while made.lacking or plan.kept < kept:
-        if 0 < len(made.lacking) <= _FEW and waits_left:
-            late, waits_left = _waiting(made, make, unit), waits_left - 1
-            if late is not None and not late.lacking:
-                led, made = led + len(made.lacking), late
-                best = min(best, made, key=_badness)
+    def done(self) -> "_Trial":
+        """The same, with all that could be done."""
+        while self._made.lacking or self._plan.kept < self._kept:
+            if self._has_waited():
                 continue
-            if late is not None and dict(late.lacking) == dict(made.lacking):
-                waits_left = 0  # what motors make of it does not depend on who begins when
-        missing, parted = _missing(made.lacking, problem.n), 0
-        if made.lacking and left and same < _SAME:
-            given, left, turn = np.minimum(given + missing, most), left - 1, _MENDS - left
-            asked_of = dataclasses.replace(plan, problem=problem)
-            mend, parted = mended(asked_of, made.lacking, given, _PACE**turn, other=bool(turn % 2))
+            if not (self._is_mended() or self._is_planned_again()):
+                break
+            before, self._made = self._made, self._make(self._plan)
+            again = self._made.lacking and set(self._made.lacking) == set(before.lacking)
+            self._same = self._same + 1 if again else 0
+            self._tries.update(self._made.lacking.keys())
+            self.best = min(self.best, self._made, key=_badness)
+        return self
+
+    def _has_waited(self) -> bool:
+        """Whether nobody is too near any more, with one of each pair waiting."""
+        if not (0 < len(self._made.lacking) <= _FEW and self._waits_left):
+            return False
+        late, self._waits_left = _waiting(self._made, self._make, self._unit), self._waits_left - 1
+        if late is None or late.lacking:
+            if late is not None and dict(late.lacking) == dict(self._made.lacking):
+                self._waits_left = 0  # what motors make of it does not depend on who begins when
+            return False
+        self.led, self._made = self.led + len(self._made.lacking), late
+        self.best = min(self.best, late, key=_badness)
+        return True
+
+    def _is_mended(self) -> bool:
+        """Whether any pair is led past each other anew."""
+        if not (self._made.lacking and self._left and self._same < _SAME):
+            return False
+        self._given = np.minimum(self._given + _missing(self._made.lacking, self.problem.n), self._most)
+        turn, self._left = _MENDS - self._left, self._left - 1
+        asked_of = dataclasses.replace(self._plan, problem=self.problem)
+        mend, parted = mended(asked_of, self._made.lacking, self._given, _PACE**turn, other=bool(turn % 2))
         if parted:
-            plan, led = mend, led + parted
-        elif asked == rounds or same > _SAME or min((tries[pair] for pair in made.lacking), default=0) > _TRIES:
-            break
-        else:
-            more = np.maximum(given + missing, _ALL * 2.0**asked)
-            given = np.minimum(more, most) if made.lacking else 0.5 * given  # safe, but somebody is lost
-            plan = planner.plan(_roomier(problem, given, 1.0 - _SLOWER * max(0, asked - _PATIENT)))
-            asked, left, waits_left = asked + 1, _MENDS, _WAITS
-        before, made = made, make(plan)
-        same = same + 1 if made.lacking and set(made.lacking) == set(before.lacking) else 0
-        tries.update(made.lacking.keys())
-        best = min(best, made, key=_badness)
-    return _Tried(best, problem, asked, led)
+            self._plan, self.led = mend, self.led + parted
+        return parted > 0
+
+    def _is_planned_again(self) -> bool:
+        """Whether there is another plan, with more room: not where the same pairs have come too near too often."""
+        lacking = self._made.lacking
+        tries = min((self._tries[pair] for pair in lacking), default=0)
+        if self.asked == self._rounds or self._same > _SAME or tries > _TRIES:
+            return False
+        more = np.maximum(self._given + _missing(lacking, self.problem.n), _ALL * 2.0**self.asked)
+        self._given = np.minimum(more, self._most) if lacking else 0.5 * self._given  # safe, but somebody is lost
+        slower = 1.0 - _SLOWER * max(0, self.asked - _PATIENT)
+        self._plan = self._planner.plan(_roomier(self.problem, self._given, slower))
+        self.asked, self._left, self._waits_left = self.asked + 1, _MENDS, _WAITS
+        return True
 
 
 def _waiting(made: Made, make: Callable[[Plan], Made], unit: float) -> Made | None:
@@ -184,11 +208,9 @@ def _without_those(problem: Problem, near: Iterable[tuple[int, int]]) -> Problem
     pairs = [(i, j) for i, j in pairs if can[i] or can[j]]
     if problem.conflicts == "raise" or not pairs:
         return None
-    dropped = {}
-    for i, blockers in least_loss(pairs, can, problem.weight).items():
-        touched = tuple(plane.public(arm) for arm in blockers)
-        beside = " and ".join(map(plane.label, touched))
-        dropped[i] = Dropped(f"its motors come too near others on any path that was tried: {beside}", touched)
+    why = "its motors come too near others on any path that was tried"
+    lost = least_loss(pairs, can, problem.weight)
+    dropped = {i: Dropped.beside(plane, why, arms) for i, arms in lost.items()}
     return problem.giving_up(dropped)
 
 

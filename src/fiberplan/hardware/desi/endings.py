@@ -65,10 +65,7 @@ def with_goals(
         lost = least_loss(_blocked(problem, ends, tailed), np.append(tailed, fixed), problem.weight)
         if not lost:
             break
-        for i, blockers in lost.items():
-            touched = tuple(plane.public(arm) for arm in blockers)
-            beside = " and ".join(map(plane.label, touched))
-            dropped[i] = Dropped(f"the tail of its move has no room: {beside}", touched)
+        dropped |= {i: Dropped.beside(plane, "the tail of its move has no room", arms) for i, arms in lost.items()}
     if dropped and problem.conflicts == "raise":
         i, first = next(iter(dropped.items()))
         raise ProblemError(f"goal: positioner '{plane.ids[i]}': {first.cause}", tuple(sorted(dropped)))
