@@ -1,5 +1,7 @@
 """A few that block each other: joint paths by way of folded, and shortcuts that keep everybody clear."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,19 @@ def test_what_is_done_at_once_comes_in_order_and_its_errors_come_out():
     assert at_once([]) == []
     with pytest.raises(ZeroDivisionError):
         at_once([lambda: 1, lambda: 1 // 0])
+
+
+def test_what_has_not_begun_when_one_fails_never_does(monkeypatch):
+    monkeypatch.setattr(threads, "cores", lambda: 2)
+    begun = []
+
+    def wait():
+        begun.append(1)
+        time.sleep(0.05)
+
+    with pytest.raises(ZeroDivisionError):
+        at_once([lambda: 1 // 0, *[wait] * 40])
+    assert len(begun) < 10
 
 
 def test_clusters_are_untangled_alike_by_any_number_of_threads(monkeypatch):

@@ -383,7 +383,7 @@ def as_breadth_first_says(problem, turn):
     assert alone(plane.arms, Neighbourhood.of(plane, 0.0), lattice, 1, 0, SLACK, scratch, 60) == expected
     single = int(np.abs(lattice.last - lattice.first).max())
     assert expected >= single
-    for steps, possible in ((expected - 1, False), (expected, True), (expected + 3, True)):
+    for steps, possible in ((single - 1, False), (expected - 1, False), (expected, True), (expected + 3, True)):
         longer = lengthened(lattice, max(steps, lattice.steps))
         near = Neighbourhood.of(plane, 0.0)
         scratch = make_scratch(longer, len(near.near))

@@ -10,7 +10,7 @@ from fiberplan.focal_plane.neighbours import Neighbourhood, clearances_around
 from fiberplan.planners.direct import narrow
 from fiberplan.planners.direct import search as search_module
 from fiberplan.planners.direct.improving import shorten
-from fiberplan.planners.direct.lattice import make_lattice, refined
+from fiberplan.planners.direct.lattice import fewest_steps, make_lattice, refined
 from fiberplan.planners.direct.nodes import MOST_BETAS, step_length
 from fiberplan.planners.direct.passages import stepwise, way_past_fixed
 from fiberplan.planners.direct.paths import FINEST, ON_ITS_WAY
@@ -158,6 +158,24 @@ def test_a_solution_is_made_as_short_as_it_can_be():
     shorten(search, lambda: True)
     assert search.steps < 1.2 * least
     assert search.touching == 0
+
+
+def test_nobody_is_given_fewer_steps_than_the_nodes_on_the_way(monkeypatch):
+    """Also where it is not known that anyone needs as many, as of one that went elsewhere."""
+    problem = field_to_field(0.0, rings=2)
+    search = DirectSearch(problem, Neighbourhood.of(problem.plane, 0.0), problem.goal, 6 * DEG, None, 0)
+    search.begin()
+    fewest = search.steps
+    assert fewest_steps(search.lattice) == fewest
+    search.lengthen(2 * fewest)
+    search.place(np.arange(problem.n))
+    assert search.run(10_000, lambda: True)
+    search.least_steps, tried, real = 1, [], search.cut
+    monkeypatch.setattr(search, "cut", lambda best, steps: tried.append(steps) or real(best, steps))
+    shorten(search, lambda: True)
+    assert all(steps >= fewest for steps in tried)
+    np.testing.assert_array_equal(search.lattice.path[: problem.n, 0], problem.start)
+    np.testing.assert_array_equal(search.lattice.path[: problem.n, search.steps], problem.goal)
 
 
 def test_a_solution_is_kept_when_making_it_shorter_is_interrupted(monkeypatch):

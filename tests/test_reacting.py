@@ -29,6 +29,14 @@ def test_nobody_is_touched_sooner(crowded, least):
     assert not any("stops dead" in note for note in late_safe.notes)
 
 
+def test_what_is_made_shorter_stays_as_it_was_asked_for():
+    """A plan that is late-safe takes longer than anyone needs; shortcuts would know nothing of who is late."""
+    asked = field_to_field(1.0, rings=2, seed=0)
+    plan = fp.planners.Direct(min_reaction=1.5).plan(asked)
+    assert plan.certificate.tolerates.reaction.seconds >= 1.5
+    assert plan.makespan > 1.05 * fp.planners.Direct().plan(asked).makespan
+
+
 def test_a_deadline_that_is_far_off_takes_none_of_it_back(crowded, monkeypatch):
     """The first plan, which knows nothing of who is late, may be the shorter one."""
     monkeypatch.setattr(first, "_LONGER", 1.0)

@@ -7,6 +7,7 @@ import numpy as np
 
 from fiberplan.kernels.clearance import clearances
 from fiberplan.kernels.randoms import uniform
+from fiberplan.planners.direct.lattice import fewest_steps
 from fiberplan.planners.direct.paths import Solution
 from fiberplan.planners.direct.repair import SOLVED, TOO_SHORT
 from fiberplan.planners.direct.search import PATIENCE, SMALLEST_CLUSTER, DirectSearch
@@ -27,26 +28,30 @@ _LATEST = 2.0  # times as many steps as without, for arms that may be late, at m
 def shorten(search: DirectSearch, proceed: Callable[[], bool]) -> None:
     """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far.
 
-    Shortcuts come first, since they are soon done, and again where the rest has found other paths.
+    Shortcuts come first, since they are soon done, and again where the rest has found other paths; they know nothing
+    of who is late.
     """
-    _hurry(search, proceed)
+    late_safe = search.lattice.delay > 0
+    if not late_safe:
+        _hurry(search, proceed)
     before = search.steps
     _cut(search, proceed)
-    if search.steps < before:
+    if search.steps < before and not late_safe:
         _hurry(search, proceed)
 
 
 def _cut(search: DirectSearch, proceed: Callable[[], bool]) -> None:
     """Look for a solution with half as many steps too many; where that gets stuck, a quarter, and so on."""
     best, most, tries = search.solution, search.work + max(search.work, _LEAST_CUT_WORK), _CUTS
-    cut = (best.steps - search.least_steps + 1) // 2
+    least = max(search.least_steps, fewest_steps(search.lattice))  # who went elsewhere may need more
+    cut = (best.steps - least + 1) // 2
     try:
         while cut >= 1 and tries and search.work < most and proceed():
             tries -= 1
             search.cut(best, best.steps - cut)
             if _is_repaired(search, proceed):
                 best = search.solution
-                cut = (best.steps - search.least_steps + 1) // 2
+                cut = (best.steps - least + 1) // 2
             else:
                 cut //= 2
     finally:
@@ -98,6 +103,7 @@ def react(search: DirectSearch, seconds: float, apart: float, proceed: Callable[
     before, steps = search.solution.copied(), search.steps
     if seconds >= steps * search.duration:  # paths would have to be apart altogether
         return False
+    search.lengthen(fewest_steps(search.lattice))  # shortcuts may have been quicker than nodes are
     path = search.lattice.path
     ends = (clearances(search.plane.arms, path[:, k].copy(), search.pairs) for k in (0, search.steps))
     room = np.clip(_PART * np.minimum(*ends), SLACK, apart)  # no more than they have before and after

@@ -179,8 +179,6 @@ def advance(arms, lattice, i, j, k, steps, here, there, scratch, apart, blocked_
     next_low_i, next_high_i = window(lattice, i, k + 1, steps)
     next_low_b, next_high_b = window_of(lattice, i, 1, k + 1, steps)
     next_low_j, next_high_j = window(lattice, j, k + 1, steps)
-    if high_i < low_i:
-        return False
     pace_a, pace_c = lattice.pace[i, 0], lattice.pace[j, 0]
     width = max(next_high_j - next_low_j + 1, 0)
     row = width + 2 * pace_c

@@ -143,6 +143,12 @@ def lengthened(lattice: Lattice, steps: int) -> Lattice:
     return lattice._replace(path=path)
 
 
+def fewest_steps(lattice: Lattice) -> int:
+    """In how many steps everybody gets from start to goal, were nothing in anyone's way."""
+    far = np.ceil(np.abs(lattice.last - lattice.first) / lattice.pace).max(axis=1)
+    return int(far[lattice.last[:, 0] >= 0].max(initial=0))
+
+
 @inlined
 def window(lattice, i, k, steps):
     """First and last alpha node that positioner i can be at after step k, coming from its start, going to its goal."""
@@ -158,6 +164,14 @@ def window_of(lattice, i, d, k, steps):
     if goal >= 0:
         low, high = max(low, goal - left), min(high, goal + left)
     return low, high
+
+
+@inlined
+def in_time(lattice, i, steps):
+    """Whether positioner i gets from its start to its goal in so many steps, were nothing in its way."""
+    far_a = abs(lattice.last[i, 0] - lattice.first[i, 0]) - steps * lattice.pace[i, 0]
+    far_b = abs(lattice.last[i, 1] - lattice.first[i, 1]) - steps * lattice.pace[i, 1]
+    return lattice.last[i, 0] < 0 or (far_a <= 0 and far_b <= 0)
 
 
 @inlined

@@ -20,7 +20,7 @@ from fiberplan.planners.direct.joint_nodes import (
     row_of,
     start_in,
 )
-from fiberplan.planners.direct.lattice import beta_at, put, window
+from fiberplan.planners.direct.lattice import beta_at, in_time, put, window
 from fiberplan.planners.direct.past_fixed import mark_blocked_by_stationary
 from fiberplan.planners.direct.remembered import blocked_cells
 
@@ -171,6 +171,8 @@ def move_jointly(arms, near, lattice, i, j, words, table, limits, respect, varie
     Returns:
         whether there was a path.
     """
+    if not (in_time(lattice, i, steps) and in_time(lattice, j, steps)):
+        return False
     apart = kept_apart(arms, lattice, i, j, table.apart, words, table.steps, scratch)
     trig_i, trig_j, reach, begins = scratch.trig, scratch.trig_other, scratch.reach, scratch.begins
     blocked, blocked_other = scratch.blocked, scratch.blocked_other

@@ -22,7 +22,11 @@ def at_once(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     if most < 2:
         return [call() for call in calls]
     with ThreadPoolExecutor(most) as pool:
-        return [done.result() for done in [pool.submit(call) for call in calls]]
+        try:
+            return [done.result() for done in [pool.submit(call) for call in calls]]
+        except BaseException:  # Ctrl-C, too
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def in_parts_at_once(work: Callable[[np.ndarray], None], who: np.ndarray) -> None:
