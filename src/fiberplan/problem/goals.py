@@ -25,7 +25,13 @@ class Dropped:
 
     @classmethod
     def beside(cls, plane: FocalPlane, cause: str, arms: Iterable[int]) -> "Dropped":
-        """Given up for `arms` in its way, which the cause names."""
+        """Given up for others in its way, which the cause names.
+
+        Args:
+            plane: the array.
+            cause: why, without names.
+            arms: positioners, and obstacles after them, in its way.
+        """
         touched = tuple(plane.public(arm) for arm in arms)
         return cls(f"{cause}: {' and '.join(map(plane.label, touched))}", touched)
 
