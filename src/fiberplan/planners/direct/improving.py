@@ -28,15 +28,12 @@ _LATEST = 2.0  # times as many steps as without, for arms that may be late, at m
 def shorten(search: DirectSearch, proceed: Callable[[], bool]) -> None:
     """From a solution, look for shorter ones; interrupted at any moment, keep the shortest so far.
 
-    Shortcuts come first, since they are soon done, and again where the rest has found other paths; they know nothing
-    of who is late.
+    Shortcuts come first, since they are soon done, and again where the rest has found other paths.
     """
-    late_safe = search.lattice.delay > 0
-    if not late_safe:
-        _hurry(search, proceed)
+    _hurry(search, proceed)
     before = search.steps
     _cut(search, proceed)
-    if search.steps < before and not late_safe:
+    if search.steps < before:
         _hurry(search, proceed)
 
 
@@ -60,6 +57,8 @@ def _cut(search: DirectSearch, proceed: Callable[[], bool]) -> None:
 
 def _hurry(search: DirectSearch, proceed: Callable[[], bool]) -> None:
     """Let those that arrive last arrive sooner, by shortcuts of theirs and of those that are in their way."""
+    if search.lattice.delay > 0:  # shortcuts know nothing of who is late
+        return
     path, state = search.lattice.path[:, : search.steps + 1].copy(), search.search.state
     in_vain, refused, tried = np.zeros(len(path), np.int64), np.zeros(len(path), np.int64), 0
     in_the_way: dict[int, Counter[int]] = {}  # how often who refused shortcuts of whom

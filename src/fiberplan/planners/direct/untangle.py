@@ -81,9 +81,13 @@ def untangled(
     kept = pairs[(inside[pairs[:, 0]] & seen[pairs[:, 1]]) | (inside[pairs[:, 1]] & seen[pairs[:, 0]])]
     alone = Neighbourhood.from_pairs(len(lattice.fixed), kept)
     standing, who, standers = np.array(lattice.path[: plane.n, 0]), np.array(members), np.unique(kept)
-    searches = [partial(_by_way_of_folded, plane, alone, who, standing, goal, margin, seed)]
-    for draw in range(seed, seed + _DRAWS) if len(members) <= _FEW else ():
-        searches.append(partial(_at_random, plane, alone, who, standing, goal, margin, draw))
+    problem = plane, alone, who, standing, goal, margin
+
+    def at_random(draw: int) -> tuple[np.ndarray, np.ndarray] | None:
+        return joint_path(*problem, draw, _NODES)[0]
+
+    draws = range(seed, seed + _DRAWS) if len(members) <= _FEW else ()
+    searches = [partial(_by_way_of_folded, *problem, seed), *(partial(at_random, draw) for draw in draws)]
     found = []
     for times, angles in (way for way in at_once(searches) if way is not None):
         counts = np.maximum(1, np.ceil(np.diff(times) / (UNDER_LIMIT * duration) - 1e-9)).astype(int)
@@ -94,19 +98,6 @@ def untangled(
         arrival = hurried(plane, alone, path, who, margin + SLACK, duration, tries, state, blame)
         found.append(path[who, : arrival + 1].swapaxes(0, 1))
     return min(found, key=len, default=None)
-
-
-def _at_random(
-    plane: FocalPlane,
-    near: Neighbourhood,
-    members: np.ndarray,
-    standing: np.ndarray,
-    goal: np.ndarray,
-    margin: float,
-    seed: int,
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Times (m,) [s] and angles (m, k, 2) [rad] of a path found at random; None if none was."""
-    return joint_path(plane, near, members, standing, goal, margin, seed, _NODES)[0]
 
 
 def _by_way_of_folded(
