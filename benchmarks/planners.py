@@ -84,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
                 continue
             runs: list[Run] = []
             for seed in seeds:
-                runs.append(plan_field(name, scene, seed, options.data, options.deadline))
+                runs.append(plan_field(name, scene, seed, options.data, options.deadline, options.prove))
                 done = {"scene": scene.name, "planner": name, "summary": summary(runs)}
                 done["runs"] = [asdict(r) for r in runs]
                 write_json(options.json, report | {"rows": [*report["rows"], done]})
@@ -95,13 +95,15 @@ def main(arguments: list[str] | None = None) -> int:
     return 1 if failures else 0
 
 
-def plan_field(name: str, scene: Scene, seed: int, data: Path, deadline: float | None = None) -> Run:
+def plan_field(
+    name: str, scene: Scene, seed: int, data: Path, deadline: float | None = None, prove: float | None = None
+) -> Run:
     """One field of a scene, planned as the table plans it; a field that cannot be made says why."""
     try:
         problem = scene.make(seed, data)
     except (FiberplanError, ValueError) as error:
         return Run(seed, refused=f"no such field: {error}")
-    return run(seed, problem, PLANNERS[name](**settings(name, problem.plane)), deadline)
+    return run(seed, problem, PLANNERS[name](**settings(name, problem.plane)), deadline, prove and np.radians(prove))
 
 
 def too_large(name: str, scene: Scene, data: Path) -> str | None:
@@ -173,6 +175,9 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER", help="real focal planes and designs")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write every run to this file")
     parser.add_argument("--deadline", type=float, metavar="S", help="for planners that take one, of wall-clock time")
+    parser.add_argument(
+        "--prove", type=float, metavar="DEG", help="prove what pairs need, in steps of so much: 2, or 3"
+    )
     parser.add_argument("--list", action="store_true", help="only list the scenes")
     return parser.parse_args(arguments)
 

@@ -17,6 +17,7 @@ from numba.core.event import install_recorder
 
 import fiberplan as fp
 from fiberplan.errors import FiberplanError
+from fiberplan.plan.bounds import proven_bounds
 from fiberplan.planners import Planner
 from measure import T, peak_memory, timed
 
@@ -37,6 +38,7 @@ class Run:
     makespan: float = 0.0  #: [s]
     bound: float = 0.0  #: kinematic, of those that arrive [s]
     need: float = 0.0  #: or what a pair, or one past what never moves, was found to need if that is more [s]
+    proven: float | None = None  #: the part of that which is proven, if that was asked for [s]
     hub: bool = False  #: whether everybody went through the fold hub
     cpu: float = 0.0  #: of planning [s]
     wall: float = 0.0  #: [s]
@@ -65,13 +67,23 @@ class Run:
         return self.makespan / self.bound if self.planned and self.bound > 0 else None
 
     @property
+    def over_proven(self) -> float | None:
+        """Makespan over what is proven to be needed; None where that was not asked for, or nobody has to move."""
+        return self.makespan / self.proven if self.proven else None
+
+    @property
     def over_need(self) -> float | None:
         """Makespan over what somebody was found to need; None where nobody has to move."""
         return self.makespan / self.need if self.planned and self.need > 0 else None
 
 
-def run(seed: int, problem: fp.Problem, planner: Planner, deadline: float | None = None) -> Run:
-    """Plan one problem, by a `deadline` [s] if the planner takes one, and judge the plan."""
+def run(
+    seed: int, problem: fp.Problem, planner: Planner, deadline: float | None = None, prove: float | None = None
+) -> Run:
+    """Plan one problem, by a `deadline` [s] if the planner takes one, and judge the plan.
+
+    What pairs are said to need is proven in steps of `prove` [rad], if that is given.
+    """
     takes_one = deadline is not None and "deadline" in inspect.signature(planner.plan).parameters
     given = {"deadline": deadline} if takes_one else {}
     try:
@@ -90,6 +102,7 @@ def run(seed: int, problem: fp.Problem, planner: Planner, deadline: float | None
         makespan=plan.makespan,
         bound=plan.lower_bound,
         need=max(plan.lower_bound, *(b.seconds for b in plan.bounds), 0.0),
+        proven=None if prove is None else max(plan.lower_bound, *(b.seconds for b in proven_bounds(plan, prove)), 0.0),
         hub=any("fold hub" in note for note in plan.notes),
         cpu=cpu,
         wall=wall,
@@ -166,6 +179,7 @@ def summary(runs: list[Run]) -> dict[str, float | int | str | None]:
     plans = [r for r in runs if r.planned]
     ratios = [r.ratio for r in plans if r.ratio is not None]
     needs = [r.over_need for r in plans if r.over_need is not None]
+    proven = [r.over_proven for r in plans if r.over_proven is not None]
     clearances = [r.clearance for r in plans if r.clearance is not None]
     reactions = [r.reaction for r in plans if r.reaction is not None]
     cpu = [r.cpu for r in plans]
@@ -184,6 +198,8 @@ def summary(runs: list[Run]) -> dict[str, float | int | str | None]:
         "worst": max(ratios, default=None),
         "over need": statistics.median(needs) if needs else None,
         "worst need": max(needs, default=None),
+        "over proven": statistics.median(proven) if proven else None,
+        "worst proven": max(proven, default=None),
         "hub": total("hub"),
         "CPU [s]": statistics.median(cpu) if cpu else None,
         "worst CPU": max(cpu, default=None),

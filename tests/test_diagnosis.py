@@ -12,6 +12,7 @@ from fiberplan.errors import PlanError
 from fiberplan.focal_plane.bodies import Obstacle
 from fiberplan.io.plan_tables import _bound
 from fiberplan.plan import Bound, Outcome, Plan
+from fiberplan.plan.bounds import proven_bounds
 from fiberplan.plan.diagnosis import diagnose, reversals
 from fiberplan.problem import Dropped
 from references import motion_of
@@ -137,6 +138,19 @@ def test_what_set_the_makespan(plan):
         "pair bound: R-1C2 and R0C1 need 12.0 s even alone (an estimate on a lattice, no proof)",
         "obstacle bound: R0C2 needs 7.2 s past what never moves (an estimate on a lattice, no proof)",
     )
+
+
+def test_what_is_proven_of_bounds(tmp_path, capsys):
+    """Arms of which none is near another: of what a planner says of two, only what joints need is so."""
+    plan = dataclasses.replace(served(), bounds=(Bound("pair", 1.9, (0, 1)), Bound("obstacle", 1.5, (2,), proven=True)))
+    (bound,) = proven_bounds(plan)
+    assert (bound.kind, bound.positioners, bound.proven) == ("pair", (0, 1), True)
+    assert bound.seconds == pytest.approx(1.0)
+    assert diagnose(plan).pair_bounds == tuple(each.said(plan.problem.plane) for each in plan.bounds)
+    assert diagnose(plan, prove=True).pair_bounds[-1] == "pair bound: R-1C1 and R-1C2 need 1.0 s even alone (proven)"
+    plan.write(tmp_path / "plan.fits")
+    assert run(["diagnose", str(tmp_path / "plan.fits"), "--prove"]) == 0
+    assert "pair bound: R-1C1 and R-1C2 need 1.0 s even alone (proven)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

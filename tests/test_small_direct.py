@@ -121,6 +121,47 @@ def test_stopped_it_gives_the_hub(name, monkeypatch):
     assert plan.arrivals == "2 of 2"
 
 
+@pytest.mark.parametrize(("few", "asked"), [(0, ["none"]), (2, ["none", "joint"])])
+def test_the_hub_is_relieved_of_few_only(few, asked, monkeypatch):
+    """Two stiff arms that block each other's way to folded: the relief is tried for two, and not where two are many."""
+    problem, reliefs = narrow_exchange(), []
+    fold = direct_planner.GreedyFold.plan
+
+    def told(self, problem):
+        reliefs.append(self.relief)
+        return fold(self, problem)
+
+    monkeypatch.setattr(direct_planner.GreedyFold, "plan", told)
+    monkeypatch.setattr(direct_planner, "_HUB_STEP", 15 * DEG)
+    monkeypatch.setattr(direct_planner, "_FEW", few)
+    monkeypatch.setattr(direct_planner, "_FEW_PART", 0.0)
+    monkeypatch.setattr(DirectSearch, "run", lambda *arguments: (_ for _ in ()).throw(KeyboardInterrupt))
+    plan = fp.planners.Direct(turn=TURN).plan(problem)
+    assert plan.interrupted
+    assert reliefs == asked
+
+
+def test_the_bound_of_a_pair_is_at_the_clearance_of_the_problem(monkeypatch):
+    """One whose clearance was raised is asked again; one that needs no more than is known sets none."""
+    search, _ = searched(narrow_exchange())
+    before, asked = search.least_steps, []
+
+    def needed(pair, apart):
+        asked.append(round(apart - search.limit, 3))
+        return before + (4 if apart > search.limit else 3)
+
+    monkeypatch.setattr(search, "needed_alone", needed)
+    search.slowest_pair = None
+    search._lengthen_for(0)
+    assert (search.least_steps, search.slowest_need, search.slowest_pair) == (before + 3, before + 3, (0, 1))
+    search.search.joint_limits[0] += 0.1
+    search.least_steps = before
+    search._lengthen_for(0)
+    assert asked == [0.0, 0.1, 0.0]
+    assert (search.least_steps, search.slowest_need) == (before + 3, before + 3)
+    assert search.steps >= before + 4
+
+
 def test_stopped_while_finishing_it_loses_nothing(monkeypatch):
     straight, calls = direct_planner.straighten, []
 

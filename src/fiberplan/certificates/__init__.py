@@ -22,6 +22,7 @@
   `proven_excluded`; `subdivision`: boxes of their joint space; `box_search`: what to halve; `lost`: which such proof
   shows that a goal had to be lost; `replay_infeasible`: the replay of these from a plan file, with `replay_boxes` and
   `replay_contact`
+- `least_time`: `proven_least_time`: a time that one or two positioners need at least; `cells`: of their joint space
 
 Names are imported when they are first used, so that a replay needs no kernel.
 """
@@ -31,6 +32,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fiberplan.certificates.guesses import needed_guesses
+    from fiberplan.certificates.least_time import proven_least_time
     from fiberplan.certificates.opening import Opening
     from fiberplan.certificates.over_time import clearance_over_time
     from fiberplan.certificates.reactions import Stall, Stalls, reaction, stalls
@@ -49,6 +51,7 @@ __all__ = [
     "clearance_over_time",
     "needed_guesses",
     "proven_excluded",
+    "proven_least_time",
     "proven_unreachable",
     "reaction",
     "stalls",
@@ -63,6 +66,7 @@ _HOME |= {
     "Tolerated": "tolerated",
     "clearance_over_time": "over_time",
     "needed_guesses": "guesses",
+    "proven_least_time": "least_time",
 }
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 def diagnose(
     plan: PlanArgument,
+    prove: Annotated[bool, typer.Option(help="Prove what pairs need, too: seconds for each.")] = False,
     json: JsonOption = False,
 ) -> None:
     """Say who did not arrive, why and who was in the way, what set the makespan, and how often joints turn back.
@@ -32,7 +33,7 @@ def diagnose(
         from fiberplan.plan.diagnosis import displaced
 
         read = Plan.read(plan)
-        diagnosis, faults = find_causes(read), read.faults()
+        diagnosis, faults = find_causes(read, prove), read.faults()
     if json:
         aside = {"displaced": displaced(read), "left_out": read.problem.left_out, "faults": faults}
         say_json(

@@ -34,6 +34,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "diagnose": (
         ("fiberplan diagnose plan.fits", "why who did not arrive, and what took the time"),
+        ("fiberplan diagnose plan.fits --prove", "and what is proven of the time that pairs need"),
         ("fiberplan diagnose plan.fits --json", "the same for programs"),
     ),
     "show": (

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from fiberplan.certificates.least_time import proven_least_time
 from fiberplan.errors import PlanError
 
 if TYPE_CHECKING:
     from fiberplan.focal_plane import FocalPlane
+    from fiberplan.plan.plan import Plan
 
 _KINDS = {"kinematic": "by the speeds of their joints", "obstacle": "past what never moves", "pair": "even alone"}
 
@@ -32,3 +34,23 @@ class Bound:
         needs = "needs" if len(self.positioners) == 1 else "need"
         how = "proven" if self.proven else "an estimate on a lattice, no proof"
         return f"{self.kind} bound: {names} {needs} {self.seconds:.1f} s {_KINDS[self.kind]} ({how})"
+
+
+def proven_bounds(plan: "Plan", turn: float | None = None) -> tuple[Bound, ...]:
+    """What is proven of the bounds that a plan states as estimates: a few seconds for each pair.
+
+    Args:
+        plan: whose `bounds` are asked about, for the goals at which it ends.
+        turn: of the fastest joint in a step of time [rad], as for `proven_least_time`; finer proves more.
+
+    Returns:
+        one of each, of the plan's makespan at most: who is proven to need that much cannot be sooner.
+    """
+    problem, end = plan.problem, plan.trajectory.end
+    found = []
+    for bound in plan.bounds:
+        if not bound.proven:
+            who, longest = bound.positioners, plan.makespan
+            seconds = proven_least_time(problem.plane, who, problem.start, end, problem.margin, longest, turn)
+            found.append(Bound(bound.kind, seconds, who, proven=True))
+    return tuple(found)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiberplan.motion import Trajectory
-from fiberplan.plan.bounds import Bound
+from fiberplan.plan.bounds import Bound, proven_bounds
 from fiberplan.plan.outcomes import Outcome
 from fiberplan.tolerances import ARRIVAL
 
@@ -69,7 +69,7 @@ class Diagnosis:
     lower_bound: float  #: [s]
     bound_by: Slow | None  #: who of those that arrive has joints that need longest; None if nobody has to move
     slowest: tuple[Slow, ...]  #: the last to stop, the very last first
-    pair_bounds: tuple[str, ...]  #: what the planner found of those that need longer (`Plan.bounds`), in words
+    pair_bounds: tuple[str, ...]  #: of those that need longer (`Plan.bounds`), and what is proven of it, in words
     alpha: Reversals
     beta: Reversals
 
@@ -77,17 +77,23 @@ class Diagnosis:
         return f"<Diagnosis: {len(self.losses)} losses, {self.makespan:.6g} s, bound {self.lower_bound:.6g} s>"
 
 
-def diagnose(plan: "Plan") -> Diagnosis:
-    """Who did not arrive, why, and what set the makespan."""
+def diagnose(plan: "Plan", prove: bool = False) -> Diagnosis:
+    """Who did not arrive, why, and what set the makespan.
+
+    Args:
+        plan: any.
+        prove: what the planner estimated of those that need longer; a few seconds for each pair.
+    """
     alpha, beta = reversals(plan.trajectory).T
     stops = stop_times(plan.trajectory)
+    bounds = (*plan.bounds, *(proven_bounds(plan) if prove else ()))
     return Diagnosis(
         losses=losses(plan),
         makespan=plan.makespan,
         lower_bound=plan.lower_bound,
         bound_by=_bound_by(plan),
         slowest=_slowest(plan, stops),
-        pair_bounds=tuple(bound.said(plan.problem.plane) for bound in plan.bounds),
+        pair_bounds=tuple(bound.said(plan.problem.plane) for bound in bounds),
         alpha=_summary(alpha, stops),
         beta=_summary(beta, stops),
     )

@@ -141,17 +141,15 @@ class Paths:
         arms, most = self._arms, self.most_steps
         return np.asarray(needed_past_fixed(arms, self.near, self.lattice, who, self._scratch, self.limit, most))
 
-    def needed_alone(self, pair: int) -> int:
-        """Steps that a pair needs past each other and what never moves, as `pairs.steps_alone` says.
+    def needed_alone(self, pair: int, apart: float) -> int:
+        """Steps that a pair needs past each other, `apart` [mm], and what never moves, as `pairs.steps_alone` says.
 
         Who has no path has none at larger clearances either, so that is asked once of the same lattices.
         """
-        apart = float(self.search.joint_limits[pair])
         if apart >= self._barred.get(pair, np.inf):
             return -1
         arms, near, lattice, scratch = self._arms, self.near, self.lattice, self._scratch
-        most = self.most_steps
-        need = int(needed_alone(arms, near, lattice, self.pairs, self.search, scratch, pair, self.limit, most))
+        need = int(needed_alone(arms, near, lattice, self.pairs, apart, scratch, pair, self.limit, self.most_steps))
         if need < 0 and need != UNKNOWN:
             self._barred[pair] = apart
         return need
@@ -182,6 +180,9 @@ class Paths:
         self.lattice = solution.lattice._replace(path=path)
         self.search.held[:] = self.search.tries[:] = 0
         self.search.contacts[:] = 0  # of a solution
+        raised = (self.search.needs > steps) & (self.search.joint_limits > self.limit)
+        self.search.joint_limits[raised] = self.limit  # which may take fewer steps
+        self.search.needs[raised] = 1
         late = ~np.isnan(self.goal[:, 0]) & (path[: self.plane.n, -1] != self.goal).any(axis=1)
         self.place(np.flatnonzero(late))
 

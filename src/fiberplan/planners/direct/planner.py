@@ -36,6 +36,7 @@ from fiberplan.problem import Problem
 
 _LEAST_WORK = 5_000  # replans that a small problem gets, too
 _HUB_STEP = np.radians(1.0)  # of the fallback's walk
+_FEW, _FEW_PART = 20, 0.05  # positioners, or a part of them, that its relief may have to free
 _APART = (0.3, 0.6, 1.0)  # [mm] that arms which are late keep after every step, since steps are not all there is
 _HUB_KEEPS_MORE = "the fold hub keeps more than the direct path"
 _logger = logging.getLogger(__name__)
@@ -200,7 +201,10 @@ class Direct:
     def _hub(self, problem: Problem, begun: float, losses: Losses, interrupted: bool) -> Plan:
         """The plan of the fold hub, as a plan of this planner, which may know that some cannot arrive at all."""
         _logger.info("direct: the fold hub is planned")
-        hub = GreedyFold(step=_HUB_STEP, seed=self.seed).plan(problem)
+        fold = GreedyFold(step=_HUB_STEP, seed=self.seed)
+        hub = dataclasses.replace(fold, relief="none").plan(problem)
+        if len(hub.lost) <= max(_FEW, _FEW_PART * problem.n):  # relief of many takes longer than all the rest
+            hub = fold.plan(problem)
         why = "interrupted: the fold hub is the best plan so far" if interrupted else _HUB_KEEPS_MORE
         return dataclasses.replace(
             hub,

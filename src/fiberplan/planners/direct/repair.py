@@ -193,7 +193,6 @@ def needed_past_fixed(arms, near, lattice, who, scratch, limit, most):
 
 
 @kernel
-def needed_alone(arms, near, lattice, pairs, search, scratch, pair, limit, most):
+def needed_alone(arms, near, lattice, pairs, apart, scratch, pair, limit, most):
     """Steps that a pair needs past each other and what never moves, as `steps_alone` says."""
-    i, j = pairs[pair, 0], pairs[pair, 1]
-    return steps_alone(arms, near, lattice, i, j, search.joint_limits[pair], limit, scratch, most)
+    return steps_alone(arms, near, lattice, pairs[pair, 0], pairs[pair, 1], apart, limit, scratch, most)

@@ -143,23 +143,31 @@ class DirectSearch(Paths):
 
     def _lengthen_for(self, pair: int) -> None:
         """Find how many steps a pair needs that cannot be moved jointly; give up one of its goals if too many."""
-        arms = self.pairs[pair]
-        need = self.needed_alone(pair)
+        arms, apart = self.pairs[pair], self.search.joint_limits
+        need = self.needed_alone(pair, apart[pair])
         coarse = arms[self.fineness[arms] < FINE]
         if need < 0 and need != UNKNOWN and self.refine(coarse, FINE):
-            finer = self.needed_alone(pair)
+            finer = self.needed_alone(pair, apart[pair])
             if 0 <= finer <= self.most_steps:
                 need = finer
             else:  # finer lattices take longer to search, and do not help
                 self.change_fineness(coarse, np.zeros(len(coarse), np.int64))
         self.search.needs[pair] = max(need, 1)  # not to be asked again
         if 0 <= need <= self.most_steps:
-            if (self.fineness[arms] < ON_ITS_WAY).all():  # on ways, other paths may need less
-                self.least_steps = max(self.least_steps, need)
-                if need > max(self.steps, self.slowest_need):
-                    self.slowest_pair, self.slowest_need = (int(arms[0]), int(arms[1])), need
+            self._note_bound(pair, need)
             self.lengthen(need)
             return
-        apart = need == UNKNOWN or any(self._untangle([pair], size, self.most_steps) for size in (2, 3))
-        if not apart and not self.take_off_ways(arms) and not makes_room(self, arms):
+        free = need == UNKNOWN or any(self._untangle([pair], size, self.most_steps) for size in (2, 3))
+        if not free and not self.take_off_ways(arms) and not makes_room(self, arms):
             give_up_one_of(self, pair)
+
+    def _note_bound(self, pair: int, need: int) -> None:
+        """No plan has fewer steps than a pair needs alone, where its clearance is not raised."""
+        arms = self.pairs[pair]
+        if need <= self.least_steps or (self.fineness[arms] == ON_ITS_WAY).any():  # on ways, others may need less
+            return
+        if self.search.joint_limits[pair] > self.limit:
+            need = self.needed_alone(pair, self.limit)
+        if need > self.least_steps:
+            self.least_steps = self.slowest_need = need
+            self.slowest_pair = int(arms[0]), int(arms[1])
