@@ -138,15 +138,46 @@ def test_two_in_each_others_way_need_more_than_each_alone(start, goal, part):
     assert max(1.05 * plan.lower_bound, part * bound.seconds) < proven <= plan.makespan
 
 
-def test_what_makes_no_sense_is_refused():
-    plane, start = beside_a_post(), np.zeros((1, 2))
-    for who in ([], [0, 0], [1], [-1]):
-        with pytest.raises(ProblemError, match="one or two positioners"):
-            proven_least_time(plane, who, start, start, 0.2, 1.0)
-    with pytest.raises(ProblemError, match="turn and longest must be positive"):
-        proven_least_time(plane, [0], start, start, 0.2, 1.0, -1.0)
-    with pytest.raises(ProblemError, match="margin"):
-        proven_least_time(plane, [0], start, start, "wide", 1.0)
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"positioners": who} for who in ([], [0, 0], [1], [-1], [0, 1, 2], [0.7], "0", None, [False])),
+        *({"turn": turn} for turn in (-1.0, 0.0, np.nan, np.inf, 1e-19, "fine", [0.1, 0.2])),
+        *({"margin": margin} for margin in (np.nan, np.inf, "wide")),
+        *({"longest": seconds} for seconds in (-1.0, np.inf, np.nan, "long")),
+        *({"start": q} for q in (np.zeros(2), np.zeros((3, 2)), np.full((1, 2), np.nan), None)),
+        *({"goal": q} for q in (np.zeros(2), np.full((1, 2), np.inf), "there")),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_a_line(wrong):
+    asked = {"positioners": [0], "start": np.zeros((1, 2)), "goal": np.zeros((1, 2)), "margin": 0.2, "longest": 1.0}
+    with pytest.raises(ProblemError) as raised:
+        proven_least_time(beside_a_post(), **asked | wrong)
+    assert "\n" not in str(raised.value)
+
+
+def test_one_that_cannot_move_is_not_asked_about():
+    plane = beside_a_post().replace(online=np.zeros(1, bool))
+    with pytest.raises(ProblemError, match="can move"):
+        proven_least_time(plane, [0], np.zeros((1, 2)), np.zeros((1, 2)), 0.2, 1.0)
+
+
+@pytest.mark.parametrize("margin", [-0.2, 0.0, 2e-6, 1e-3])
+def test_overlaps_count_by_their_depth_at_the_ends_too(margin):
+    """An arm without a radius that stands within a post is nearer than any margin: nothing is proven of it."""
+    plane = fp.FocalPlane.hexagonal(0, 22.4, radius=0.0, upper=(2 * np.pi, 0.01), folded=(0.0, 0.0))
+    post = Obstacle("post", [[-3.0, 15.0], [3.0, 15.0], [3.0, 18.0], [-3.0, 18.0]], 0.0, closed=True)
+    plane, within = plane.replace(obstacles=(post,)), np.radians([[90.0, 0.0]])
+    assert proven_least_time(plane, [0], within, within, margin, 20.0) == 0.0
+    start, goal = np.radians([[20.0, 0.0]]), np.radians([[160.0, 0.0]])
+    assert proven_least_time(plane, [0], start, goal, margin, 20.0) == 20.0  # it cannot go through
+
+
+def test_ranges_and_times_without_bounds_take_no_more_memory_or_steps():
+    plane = beside_a_post()
+    wide = plane.replace(lower=np.full((1, 2), -np.inf), upper=np.full((1, 2), np.inf))
+    start, goal = np.radians([[60.0, 0.0]]), np.radians([[120.0, np.nan]])
+    assert proven_least_time(wide, [0], start, goal, 0.2, 1e9) < 10.0
 
 
 def test_cells_are_wider_where_memory_asks_for_it(monkeypatch):

@@ -35,6 +35,18 @@ class Cells(NamedTuple):
     size: np.ndarray  # (4,) how many cells there are
 
 
+@kernel
+def keep(arms, pairs, angles, margin):
+    """Whether all `pairs` (p, 2) keep the margin at `angles` (n, 2), where overlaps count by their depth."""
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        frame_i, frame_j = frame(arms, i, angles[i, 0], angles[i, 1]), frame(arms, j, angles[j, 0], angles[j, 1])
+        now, _, _, _, _, _, _ = box_bounds(arms, i, frame_i, 0.0, 0.0, j, frame_j, 0.0, 0.0, margin, -np.inf)
+        if not now >= margin:
+            return False
+    return True
+
+
 @inlined
 def _soonest(cells, m, near, far):
     """In how many seconds joint m can be between `near` and `far` from the start, and from there at the goal."""

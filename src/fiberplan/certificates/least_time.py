@@ -4,22 +4,25 @@ Their joint space is cut into cells (`fiberplan.certificates.cells`), as wide as
 that a motion can be in are flooded step by step: never those in which two arms are nearer than the margin all over, nor
 those that are too far from the start for the time that is over, or from the goal for the time that is left. No motion
 is at the goal before the flood is. Cells that are in contact in part count as free, so a little less than the time that
-is needed is proven: more with finer cells, but half as wide they take ten times longer for two arms.
+is needed is proven: more with finer cells, but half as wide they take ten times longer for two arms. Overlapping
+outlines count by their depth, so that those without a radius are in contact, too, at any margin.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from fiberplan.arrays import number, read_only
-from fiberplan.certificates.cells import BITS, Cells, first_step, shut
+from fiberplan.arrays import not_negative, number, read_only
+from fiberplan.arrays.frozen import shortened
+from fiberplan.certificates.cells import BITS, Cells, first_step, keep, shut
 from fiberplan.certificates.unreachable import BELOW
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
-from fiberplan.kernels.clearance import clearances
 
 TURNS = {1: np.radians(0.5), 2: np.radians(2.0)}  #: of the fastest joint in a step, for one and for two
+_FINEST = 1e-6  # [rad] no cells are finer
 _MOST_WORDS = 2**24  # of cells; there are three such arrays
+_MOST_STEPS = 20_000
 _STACK = 128  # blocks of cells that wait to be halved
 
 
@@ -36,34 +39,60 @@ def proven_least_time(
 
     Args:
         plane: the array.
-        positioners: one or two that move; all others but those that never move are left out.
+        positioners: one or two that can move; all others but those that never move are left out.
         start: (n, 2) where everyone stands [rad]; offline positioners stay there.
         goal: (n, 2) [rad]; NaN where any place will do.
         margin: clearance that a motion keeps [mm]; the proof is of motions that keep 2e-6 mm less, too.
         longest: nobody asks whether more is needed than that [s].
-        turn: of the fastest joint in a step of time [rad]: `TURNS` unless given, and more where memory asks for it.
+        turn: of the fastest joint in a step of time [rad]: `TURNS` unless given, and more where memory and time ask for
+            it (20,000 steps are the most).
 
     Returns:
-        the time [s], `longest` at most; what their joints alone need if nothing more is proven, as for arms that are
-        not of two links, and starts or goals that do not keep the margin.
+        the time [s], `longest` at most; what their joints alone need, from rest to rest, if nothing more is proven, as
+        for arms that are not of two links, and starts or goals that do not keep the margin.
 
     Raises:
-        ProblemError: not one or two positioners, or numbers that make no sense.
+        ProblemError: not one or two positioners that can move, or numbers that make no sense.
     """
-    who = [int(i) for i in positioners]
-    if len(who) not in TURNS or len(set(who)) < len(who) or not all(0 <= i < plane.n for i in who):
-        raise ProblemError(f"least time: one or two positioners, each below {plane.n}, are asked about, got {who}")
-    margin, longest = number(margin, "mm", "margin", ProblemError), number(longest, "s", "longest", ProblemError)
-    if not (turn is None or turn > 0) or not 0 <= longest < np.inf:
-        raise ProblemError(f"least time: turn and longest must be positive, got {turn} rad and {longest:g} s")
-    start = read_only(start, unit="rad", name="start", error=ProblemError)
-    goal = read_only(goal, unit="rad", name="goal", error=ProblemError)
+    who, margin = _positioners(plane, positioners), number(margin, "mm", "margin", ProblemError)
+    longest = not_negative(longest, "s", "longest", ProblemError)
+    turn = None if turn is None else number(turn, "rad", "turn", ProblemError)
+    if not np.isfinite(margin) or not (turn is None or _FINEST <= turn <= np.pi):
+        raise ProblemError(
+            f"margin must be finite, and turn from {_FINEST:g} to pi rad, got {margin:g} mm and {turn} rad"
+        )
+    start, goal = (_configuration(q, name, plane.n) for q, name in ((start, "start"), (goal, "goal")))
     needed = float(plane.least_time(np.nan_to_num(np.abs(goal[who] - start[who])), np.array(who)).max())
     for asked in [who] if len(who) == 1 else [who[:1], who[1:], who]:
         wide = TURNS[len(asked)] if turn is None else turn if asked == who else min(turn, TURNS[1])
         if needed < longest:
             needed = max(needed, _flooded(plane, asked, start, goal, margin, longest, wide))
     return min(needed, longest)
+
+
+def _positioners(plane: FocalPlane, given: Sequence[int]) -> list[int]:
+    """One or two that can move, by number.
+
+    Raises:
+        ProblemError: others, or no numbers.
+    """
+    who = np.asarray(given)
+    known = who.dtype.kind in "iu" and who.ndim == 1 and len(who) in TURNS and len(set(who.tolist())) == len(who)
+    if not (known and np.all((who >= 0) & (who < plane.n)) and plane.online[who].all()):
+        raise ProblemError(f"one or two positioners that can move are asked about, by number, got {shortened(given)}")
+    return [int(i) for i in who]
+
+
+def _configuration(angles: np.ndarray, name: str, n: int) -> np.ndarray:
+    """(n, 2) [rad].
+
+    Raises:
+        ProblemError: of another shape, or not finite; a goal may be NaN.
+    """
+    angles = read_only(angles, unit="rad", name=name, error=ProblemError)
+    if angles.shape != (n, 2) or np.isinf(angles).any() or (name == "start" and np.isnan(angles).any()):
+        raise ProblemError(f"{name} must be finite angles of shape ({n}, 2), got shape {angles.shape}")
+    return angles
 
 
 def _flooded(
@@ -102,7 +131,7 @@ def _is_shut(
     """Whether these may not be at `angles` (n, 2) [rad]: out of their ranges, or too near."""
     if not ((plane.lower <= angles) & (angles <= plane.upper))[who].all():
         return True
-    return not (clearances(plane.arms, plane.with_obstacles(angles), np.array(beside)) >= margin).all()
+    return not keep(plane.arms, np.array(beside), plane.with_obstacles(angles), margin)
 
 
 def _cells(
@@ -122,10 +151,11 @@ def _cells(
     while True:
         step = turn / float(plane.max_speed[who].max())
         width = np.where(speed > 0, speed * step, 1.0)
-        first = np.floor((low - begin) / width).astype(np.int64)
-        size = np.ceil((high - begin) / width).astype(np.int64) - first + 1
-        if float(np.prod(size[:3] + 2.0)) * (size[3] // BITS + 1) <= _MOST_WORDS:
-            return Cells(begin, end, lower, upper, speed, step, width, first, size)
+        first, last = np.floor((low - begin) / width), np.ceil((high - begin) / width)
+        words = np.prod(last[:3] - first[:3] + 3.0) * ((last[3] - first[3] + 1.0) // BITS + 1.0)
+        if words <= _MOST_WORDS and seconds <= _MOST_STEPS * step:
+            cells = first.astype(np.int64), (last - first).astype(np.int64) + 1
+            return Cells(begin, end, lower, upper, speed, step, width, *cells)
         turn *= 1.25
 
 
