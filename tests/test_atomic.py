@@ -1,5 +1,6 @@
 """Files appear whole, keep what they were, and never take the place of what is no file."""
 
+import gc
 import os
 import signal
 import stat
@@ -14,6 +15,7 @@ import pytest
 import fiberplan
 from fiberplan.errors import PlanError
 from fiberplan.tables.atomic import write_whole
+from fiberplan.tables.uncollected import uncollected
 
 pytestmark = pytest.mark.small
 
@@ -162,3 +164,18 @@ def test_terminated_while_writing_leaves_nothing(tmp_path):
     assert process.returncode == 143
     assert err == b"fiberplan: error: terminated\n"
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_garbage_is_collected_again_as_before(on):
+    """After an error, too, and where one rest is within another."""
+    try:
+        (gc.enable if on else gc.disable)()
+        with pytest.raises(PlanError), uncollected():
+            with uncollected():
+                assert not gc.isenabled()
+            assert not gc.isenabled()
+            raise PlanError("no")
+        assert gc.isenabled() == on
+    finally:
+        gc.enable()

@@ -9,5 +9,6 @@
 - `fits_tables`: FITS tables in and out
 - `yanny`: the ``.par`` files of SDSS
 - `paf`: the parameter files of ESO
+- `uncollected`: many numbers, without looking for garbage in between
 - `wording`: what messages say of names that are nearly right, and of errors from elsewhere
 """

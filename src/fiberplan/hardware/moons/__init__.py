@@ -27,6 +27,7 @@ from fiberplan.plan import Plan
 from fiberplan.problem import Problem, State
 from fiberplan.shaping import shape
 from fiberplan.tables.contents import plain_name, read_whole
+from fiberplan.tables.uncollected import uncollected
 
 __all__ = ["LATENCY", "SEGMENT", "STEP", "accepts", "fit", "read", "with_goals", "with_limits", "write"]
 
@@ -34,6 +35,7 @@ STEP = np.radians(1.0 / np.array(STEPS))  #: turn of alpha and beta in one step 
 LATENCY = 0.02  #: between the starts of units [s]
 
 
+@uncollected()
 def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, latency: float = LATENCY) -> HandedOver:
     """Write a plan's motion as a waveform, proven as it is read back; what the driver refuses is shaped to its steps.
 
@@ -62,6 +64,7 @@ def write(plan: Plan, path: str | os.PathLike, *, allowance: float = ALLOWANCE, 
     return hand_over(plan, path, as_json(made), decoded, allowance, facts)
 
 
+@uncollected()
 def read(
     path: str | os.PathLike, plane: FocalPlane, state: State | None = None, *, latency: float = LATENCY
 ) -> Executed:
