@@ -169,13 +169,18 @@ def test_terminated_while_writing_leaves_nothing(tmp_path):
 @pytest.mark.parametrize("on", [True, False])
 def test_garbage_is_collected_again_as_before(on):
     """After an error, too, and where one rest is within another."""
+
+    @uncollected()
+    def failing():
+        with uncollected():
+            assert not gc.isenabled()
+        assert not gc.isenabled()
+        raise PlanError("no")
+
     try:
         (gc.enable if on else gc.disable)()
-        with pytest.raises(PlanError), uncollected():
-            with uncollected():
-                assert not gc.isenabled()
-            assert not gc.isenabled()
-            raise PlanError("no")
+        with pytest.raises(PlanError):
+            failing()
         assert gc.isenabled() == on
     finally:
         gc.enable()
