@@ -173,7 +173,8 @@ def test_overlaps_count_by_their_depth_at_the_ends_too(margin):
     assert proven_least_time(plane, [0], start, goal, margin, 20.0) == 20.0  # it cannot go through
 
 
-def test_ranges_and_times_without_bounds_take_no_more_memory_or_steps():
+def test_ranges_and_times_without_bounds_take_no_more_memory_or_steps(monkeypatch):
+    monkeypatch.setattr(least_time_module, "_MOST_WORK", 1e6)
     plane = beside_a_post()
     wide = plane.replace(lower=np.full((1, 2), -np.inf), upper=np.full((1, 2), np.inf))
     start, goal = np.radians([[60.0, 0.0]]), np.radians([[120.0, np.nan]])

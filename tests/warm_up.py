@@ -10,7 +10,10 @@ from fiberplan.scenes.decisive import exchange
 from problems import behind_posts, four_bars
 
 OPTIONS = {"prioritized-roadmap": {"grid": (2, 2), "dt": 1.0, "max_time": 25.0, "orders": 1, "continuous": True}}
-SHARES = (("direct", "prioritized-roadmap"), ("greedy-fold", "elliptic-navigation-function", "navigation-function"))
+SHARES = (
+    ("direct",),
+    ("greedy-fold", "elliptic-navigation-function", "navigation-function", "prioritized-roadmap"),
+)
 
 
 def main(share: int) -> None:
@@ -21,6 +24,7 @@ def main(share: int) -> None:
             plan.faults()
     if "direct" in SHARES[share]:
         amend(plan, 1, plan.problem.start[1] + np.radians([1.0, -1.0]))
+    if "prioritized-roadmap" in SHARES[share]:
         fp.planners.PrioritizedRoadmap(**OPTIONS["prioritized-roadmap"]).plan(four_bars()).faults()
 
 

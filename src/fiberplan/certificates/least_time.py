@@ -22,7 +22,7 @@ from fiberplan.focal_plane import FocalPlane
 TURNS = {1: np.radians(0.5), 2: np.radians(2.0)}  #: of the fastest joint in a step, for one and for two
 _FINEST = 1e-6  # [rad] no cells are finer
 _MOST_WORDS = 2**24  # of cells; there are three such arrays
-_MOST_STEPS = 20_000
+_MOST_WORK = 2.0**31  # words times steps: some seconds
 _STACK = 128  # blocks of cells that wait to be halved
 
 
@@ -44,8 +44,8 @@ def proven_least_time(
         goal: (n, 2) [rad]; NaN where any place will do.
         margin: clearance that a motion keeps [mm]; the proof is of motions that keep 2e-6 mm less, too.
         longest: nobody asks whether more is needed than that [s].
-        turn: of the fastest joint in a step of time [rad]: `TURNS` unless given, and more where memory and time ask for
-            it (20,000 steps are the most).
+        turn: of the fastest joint in a step of time [rad]: `TURNS` unless given, and more where that takes more than
+            some hundred MiB, or seconds.
 
     Returns:
         the time [s], `longest` at most; what their joints alone need, from rest to rest, if nothing more is proven, as
@@ -153,7 +153,7 @@ def _cells(
         width = np.where(speed > 0, speed * step, 1.0)
         first, last = np.floor((low - begin) / width), np.ceil((high - begin) / width)
         words = np.prod(last[:3] - first[:3] + 3.0) * ((last[3] - first[3] + 1.0) // BITS + 1.0)
-        if words <= _MOST_WORDS and seconds <= _MOST_STEPS * step:
+        if words <= _MOST_WORDS and words * seconds <= _MOST_WORK * step:
             cells = first.astype(np.int64), (last - first).astype(np.int64) + 1
             return Cells(begin, end, lower, upper, speed, step, width, *cells)
         turn *= 1.25
