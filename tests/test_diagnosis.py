@@ -244,6 +244,13 @@ def test_command_speaks_json(plan, tmp_path, capsys):
     assert said["faults"] == []
 
 
+def test_command_says_that_there_is_nothing_to_prove(tmp_path, capsys):
+    served().write(tmp_path / "plan.fits")
+    for asked in ([], ["--prove"]):
+        assert run(["diagnose", str(tmp_path / "plan.fits"), *asked]) == 0
+        assert ("there is nothing to prove" in capsys.readouterr().out) == bool(asked)
+
+
 def test_command_exits_0_when_all_arrive(tmp_path, capsys):
     served().write(tmp_path / "plan.fits")
     assert run(["diagnose", str(tmp_path / "plan.fits")]) == 0

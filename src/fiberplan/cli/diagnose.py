@@ -49,6 +49,8 @@ def diagnose(
             say(line)
         for line in (*displaced(read), *read.problem.left_out, *_time(diagnosis, read)):
             say(line)
+        if prove and not diagnosis.pair_bounds:
+            say("nobody is said to need longer than their joints do: there is nothing to prove")
     raise typer.Exit(1 if faults or incomplete(read) else 0)
 
 
