@@ -35,16 +35,12 @@ class Cells(NamedTuple):
     size: np.ndarray  # (4,) how many cells there are
 
 
-@kernel
-def keep(arms, pairs, angles, margin):
-    """Whether all `pairs` (p, 2) keep the margin at `angles` (n, 2), where overlaps count by their depth."""
-    for k in range(len(pairs)):
-        i, j = pairs[k, 0], pairs[k, 1]
-        frame_i, frame_j = frame(arms, i, angles[i, 0], angles[i, 1]), frame(arms, j, angles[j, 0], angles[j, 1])
-        now, _, _, _, _, _, _ = box_bounds(arms, i, frame_i, 0.0, 0.0, j, frame_j, 0.0, 0.0, margin, -np.inf)
-        if not now >= margin:
-            return False
-    return True
+@inlined
+def _within(w, low, high):
+    """Bits of words w that are cells from `low` to `high`."""
+    if low >= BITS * (w + 1) or high < BITS * w:
+        return _NONE
+    return (~_NONE << np.uint64(max(0, low - BITS * w))) & (~_NONE >> np.uint64(max(0, BITS * (w + 1) - 1 - high)))
 
 
 @inlined
@@ -66,13 +62,12 @@ def _shut_block(words, block, moves, size):
     if moves[1]:
         low_c, high_c, low_d, high_d = block[2], block[2] + block[6], block[3], block[3] + block[7]
     for w in range(low_d // BITS, (high_d - 1) // BITS + 1):
-        shut = ~_NONE << np.uint64(max(0, low_d - BITS * w))
-        shut &= ~_NONE >> np.uint64(max(0, BITS * (w + 1) - high_d))
+        others = ~_within(w, low_d, high_d - 1)
         for a in range(low_a, high_a):
             for b in range(low_b, high_b):
                 row = words[w, a + 1, b + 1]
                 for c in range(low_c, high_c):
-                    row[c + 1] &= ~shut
+                    row[c + 1] &= others
 
 
 @kernel
@@ -81,12 +76,9 @@ def shut(arms, i, j, moves, pose, cells, seconds, margin, words, stack):
 
     Arm i has slots 0 and 1, and j has 2 and 3; `moves` (2,) says which of them moves, and the other stands at its
     `pose` (4,) [rad]. Blocks of cells are halved until they are clear or in contact all over. `stack` (s, 8) is for
-    these: the first cells, and how many.
-
-    Returns:
-        blocks that were looked at; negative: the stack was too small.
+    these: the first cells, and how many; where it is full, cells stay as they are.
     """
-    at, half, looks, top = np.empty(4), np.zeros(4), 0, 1
+    at, half, top = np.empty(4), np.zeros(4), 1
     at[:] = pose
     for m in range(4):
         stack[0, m], stack[0, 4 + m] = 0, cells.size[m] if moves[m // 2] else 1
@@ -102,7 +94,6 @@ def shut(arms, i, j, moves, pose, cells, seconds, margin, words, stack):
                 there, back = max(there, go), max(back, come)
         if there + back > seconds + _ROUND:
             continue
-        looks += 1
         frame_i, frame_j = frame(arms, i, at[0], at[1]), frame(arms, j, at[2], at[3])
         _, low, high, w0, w1, w2, w3 = box_bounds(
             arms, i, frame_i, half[0], half[1], j, frame_j, half[2], half[3], margin, margin
@@ -117,17 +108,14 @@ def shut(arms, i, j, moves, pose, cells, seconds, margin, words, stack):
             way = w0 if m == 0 else w1 if m == 1 else w2 if m == 2 else w3
             if moves[m // 2] and block[4 + m] > 1 and way > most:
                 joint, most = m, way
-        if joint < 0:
+        if joint < 0 or top + 2 > len(stack):
             continue
-        if top + 2 > len(stack):
-            return -1
         lower = block[4 + joint] // 2
         stack[top + 1] = block
         block[4 + joint] = lower
         stack[top + 1, joint] += lower
         stack[top + 1, 4 + joint] -= lower
         top += 2
-    return looks
 
 
 @inlined
@@ -180,14 +168,6 @@ def _spread(words, low_before, high_before, low, high, lines, out):
                     row, one, two = out[w, a, b - 1, left : right + 1], lines[(b - 1) % 3], lines[(b - 2) % 3]
                     for c in range(len(row)):
                         row[c] = line[c] | one[c] | two[c]
-
-
-@inlined
-def _within(w, low, high):
-    """Bits of words w that are cells from `low` to `high`."""
-    if low >= BITS * (w + 1) or high < BITS * w:
-        return _NONE
-    return (~_NONE << np.uint64(max(0, low - BITS * w))) & (~_NONE >> np.uint64(max(0, BITS * (w + 1) - 1 - high)))
 
 
 @leaf

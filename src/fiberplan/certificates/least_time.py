@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fiberplan.arrays import not_negative, number, read_only
-from fiberplan.arrays.frozen import shortened
-from fiberplan.certificates.cells import BITS, Cells, first_step, keep, shut
+from fiberplan.arrays import not_negative, number, read_only, shortened
+from fiberplan.certificates.cells import BITS, Cells, first_step, shut
 from fiberplan.certificates.unreachable import BELOW
 from fiberplan.errors import ProblemError
 from fiberplan.focal_plane import FocalPlane
+from fiberplan.kernels.depth import signed_clearances
 
 TURNS = {1: np.radians(0.5), 2: np.radians(2.0)}  #: of the fastest joint in a step, for one and for two
 _FINEST = 1e-6  # [rad] no cells are finer
@@ -131,7 +131,7 @@ def _is_shut(
     """Whether these may not be at `angles` (n, 2) [rad]: out of their ranges, or too near."""
     if not ((plane.lower <= angles) & (angles <= plane.upper))[who].all():
         return True
-    return not keep(plane.arms, np.array(beside), plane.with_obstacles(angles), margin)
+    return not (signed_clearances(plane.arms, plane.with_obstacles(angles), np.array(beside)) >= margin).all()
 
 
 def _cells(
@@ -171,8 +171,8 @@ def _free(
     """(words, a, b, c) the cells in which nobody is nearer than the margin all over, as bits."""
     size, stand = cells.size, plane.with_obstacles(start)
     free = np.zeros((size[3] // BITS + 1, *(size[:3] + 2)), np.uint64)
-    for d in range(size[3]):
-        free[d // BITS, 1:-1, 1:-1, 1:-1] |= np.uint64(1) << np.uint64(d % BITS)
+    for w in range(len(free)):
+        free[w, 1:-1, 1:-1, 1:-1] = (1 << min(BITS, int(size[3]) - BITS * w)) - 1
     stack = np.zeros((_STACK, 8), np.int64)
     for a, b in beside:
         arms = (a, b) if b == who[-1] else (b, a)  # who moves alone, or is second of two, has the last slots
